@@ -1,4 +1,4 @@
-//! Texts of messages: suggestions for misspelled names, and texts without line breaks.
+//! Texts of messages: suggestions for misspelled names, and texts without line breaks and Rust type names.
 
 use strsim::normalized_damerau_levenshtein;
 
@@ -30,6 +30,27 @@ pub fn closest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
     let (known, similarity) =
         known.into_iter().map(rated).max_by(|one, other| one.1.total_cmp(&other.1))?;
     (similarity >= MIN_SIMILARITY).then_some(known)
+}
+
+/// Rust type names in messages of serde, and their replacements.
+#[cfg(feature = "sim")]
+const TYPES: [(&str, &str); 5] = [
+    ("expected u32", "expected a whole number, at least 0"),
+    ("expected usize", "expected a whole number, at least 0"),
+    ("expected f64", "expected a number"),
+    ("expected a sequence", "expected a list"),
+    ("expected a boolean", "expected true or false"),
+];
+
+/// A message of serde without the names of Rust types.
+#[cfg(feature = "sim")]
+pub(crate) fn without_rust_types(message: &str) -> String {
+    let plain =
+        TYPES.iter().fold(message.to_owned(), |text, (rust, plain)| text.replace(rust, plain));
+    match plain.split_once("expected struct ") {
+        Some((before, _name)) => format!("{before}expected a table of keys and values"),
+        None => plain,
+    }
 }
 
 /// A text with a space in place of line breaks and other white space.

@@ -13,10 +13,11 @@ use inbye::geometry::Twist;
 use inbye::runtime::hardware::{SerialLine, stop_cause};
 use serde_json::{Value, json};
 
-use super::arguments::{Place, duration, length, protocol, real, whole};
+use super::arguments::{Place, duration, protocol, real, whole};
 use super::base_calibrate::CalibrateArguments;
 use super::emulated_person::EmulatedPerson;
 use super::machine::interrupt_flag;
+use super::map_file::Resolution;
 use super::{config, output};
 
 /// Largest speed accepted, m/s and rad/s; the base's own limits apply in any case.
@@ -101,9 +102,8 @@ pub struct EmulateArguments {
     /// Also emulate an LD19 lidar, on its own port, in the world of this map.
     #[arg(long, value_name = "MAP")]
     pub lidar_map: Option<PathBuf>,
-    /// Side of a cell of that map, if it is a .map or text map, metres.
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, requires = "lidar_map", value_parser = length)]
-    pub resolution: f64,
+    #[command(flatten)]
+    pub resolution: Resolution,
     /// Start pose on that map.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "lidar_map")]
     pub start: Option<Place>,

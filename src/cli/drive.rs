@@ -17,7 +17,7 @@ use inbye::report::{MissionView, PlaybackRecorder};
 use inbye::runtime::{
     Config, Mission, MissionError, MissionResult, Observer, PoseSource, TickEvent, run_mission,
 };
-use inbye::sim::{SimError, Simulation};
+use inbye::sim::{MovingObstacles, SimError, Simulation};
 use serde_json::{Value, json};
 
 use super::arguments::{EngineArguments, Place, above_zero, duration, real, whole};
@@ -30,9 +30,10 @@ use super::map_file::{self, EndArguments, MapArguments, MapInput, MapSettings};
 use super::map_output::MapOutput;
 use super::own_file::OutputFile;
 use super::own_programs::ProgramArguments;
+use super::plan_result::stop_name;
 use super::recording::{Ending, Recording};
 use super::refusal::refused;
-use super::{obstacle_file, output, plan};
+use super::{output, plan};
 
 /// `inbye drive`.
 #[derive(Debug, Args)]
@@ -155,16 +156,17 @@ fn set_pose_source(
     Ok(())
 }
 
-/// The obstacles of the world, where it differs from the map.
+/// The obstacles of the world, where it differs from the map. `resolution_m` is the side of a cell of a map that does not state it.
 fn truth(
     arguments: &DriveArguments,
     map: &OccupancyGrid,
     config: &Config,
+    resolution_m: f64,
 ) -> anyhow::Result<Option<ObstacleGrid>> {
     let Some(file) = &arguments.truth else {
         return Ok(None);
     };
-    let truth = map_file::load(file, arguments.map.settings.resolution)?;
+    let truth = map_file::load(file, resolution_m)?;
     anyhow::ensure!(
         truth.frame() == map.frame(),
         "--truth {}: it must have the size, the resolution and the origin of --map",
@@ -175,8 +177,8 @@ fn truth(
 
 /// Drives to a goal. Returns false if it is not reached, an obstacle was hit, or the recording is incomplete.
 pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
-    let MapInput { name: map_name, map, zones, mut config, scene } =
-        map_file::read(&arguments.map)?;
+    let MapInput { name: map_name, map, zones, mut config, scene, resolution_m } =
+        map_file::read(&arguments.map, arguments.truth.as_deref())?;
     let (start, goal) = arguments.ends.resolve(scene.as_ref())?;
     arguments.map.zones.check(zones.as_deref(), (&start, &goal), &arguments.via)?;
     let seed = arguments.seed.or(scene.as_ref().map(|scene| scene.seed)).unwrap_or(0);
@@ -205,17 +207,17 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     };
     let moving_obstacles = match &obstacles {
         Obstacles::File(file) => {
-            obstacle_file::read(file, &mission.map.obstacles(config.unknown), seed)?
+            MovingObstacles::read(file, &mission.map.obstacles(config.unknown), seed)?
         }
         Obstacles::Count(count) => {
             let spawner = config.simulation.pedestrians.spawner(*count, seed);
             match spawner.spawn_on_route(&mission, &config) {
                 Ok(moving_obstacles) => moving_obstacles,
-                Err(error) => return no_path_or(error, &map_name, &mission.map, &config),
+                Err(error) => return no_path_or(error, &map_name, &mission, &config),
             }
         }
     };
-    let truth = truth(arguments, &mission.map, &config)?;
+    let truth = truth(arguments, &mission.map, &config, resolution_m)?;
     let files = DriveFiles::create(arguments)?;
     let simulation = Simulation { truth, moving_obstacles, seed, ..Simulation::new(mission) };
     let mission = &simulation.mission;
@@ -249,7 +251,7 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
                 _ => format!("{map_name}: with these settings"),
             });
         }
-        Err(error) => return no_path_or(error, &map_name, &mission.map, &config),
+        Err(error) => return no_path_or(error, &map_name, mission, &config),
     };
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
@@ -428,24 +430,43 @@ pub fn drive(
     result
 }
 
+/// The intermediate stop at which an error of a plan is.
+fn stop_of(error: &PlanError, mission: &Mission) -> Option<String> {
+    let (PlanError::GoalOccupied { place, .. }
+    | PlanError::GoalOutsideMap { place, .. }
+    | PlanError::NoValidPath { goal: place, .. }) = error
+    else {
+        return None;
+    };
+    let index = mission.via.iter().position(|stop| stop.position == *place)?;
+    Some(stop_name(index + 1))
+}
+
 /// Prints a missing path, which is an answer; every other planning error is unusable input.
 fn no_path_or(
     error: SimError,
     map_name: &str,
-    map: &OccupancyGrid,
+    mission: &Mission,
     config: &Config,
 ) -> anyhow::Result<bool> {
     let SimError::Mission(MissionError::Fault(Fault::Plan(error))) = error else {
         return Err(error.into());
     };
-    let reason = error.to_string();
+    let stop = stop_of(&error, mission);
+    let reason = match &stop {
+        Some(stop) => format!("{stop}: {error}"),
+        None => error.to_string(),
+    };
     if !matches!(error, PlanError::NoValidPath { .. }) {
-        return Err(plan::unusable(&error, &reason, map_name, map, config, None));
+        return Err(plan::unusable(&error, &reason, map_name, &mission.map, config, None));
     }
-    let mut object = plan::no_path_json(&error);
+    let mut object = plan::no_path_json(&error, &reason);
+    object["stop"] = json!(stop);
     object["reached"] = json!(false);
     object["collided"] = json!(false);
+    object["interrupted"] = json!(false);
     object["fault"] = json!(reason);
+    object["why"] = json!(reason);
     output::result(&object, [reason])?;
     Ok(false)
 }

@@ -79,9 +79,19 @@ pub fn coloured_line(result: &MissionResult) -> String {
     with_outcome(&mark(outcome(result)), result)
 }
 
-const fn outcome(result: &MissionResult) -> &'static str {
+fn outcome(result: &MissionResult) -> &'static str {
     match result.end() {
-        MissionEnd::Contact => "hit an obstacle",
+        MissionEnd::Contact => match &result.contact {
+            Some(contact) if !contact.is_by_robot() => {
+                let last = result.trace.rows.last();
+                if last.is_some_and(|row| row.twist.stands()) {
+                    "a moving obstacle ran into the standing robot"
+                } else {
+                    "a moving obstacle ran into the robot"
+                }
+            }
+            _ => "hit an obstacle",
+        },
         MissionEnd::Reached => "reached the goal",
         MissionEnd::Timeout | MissionEnd::Failed => "did not reach the goal",
     }

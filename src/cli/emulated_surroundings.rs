@@ -79,6 +79,7 @@ impl EmulatedSurroundings {
         mounting: &LidarSettings,
     ) -> anyhow::Result<Option<Self>> {
         check_faults(arguments)?;
+        let resolution_m = arguments.resolution.of(arguments.lidar_map.as_deref())?;
         let Some(file) = &arguments.lidar_map else {
             return Ok(None);
         };
@@ -90,7 +91,7 @@ impl EmulatedSurroundings {
             .mount_x_m(mounting.mount_x_m)
             .mount_y_m(mounting.mount_y_m)
             .mount_yaw_rad(mounting.mount_yaw_rad);
-        let map = map_file::load(file, arguments.resolution)?;
+        let map = map_file::load(file, resolution_m)?;
         let start = arguments.start.as_ref();
         let start = start.context("--lidar-map needs --start: give the robot's pose on the map")?;
         let world = World::new(map.obstacles(UnknownPolicy::Blocked));

@@ -14,8 +14,9 @@ use inbye::runtime::{Config, PoseSource};
 use inbye::sim::roadway;
 use serde_json::json;
 
-use super::arguments::{Place, length, real, whole};
+use super::arguments::{Place, real, whole};
 use super::log_localization::{self, LogArguments};
+use super::map_file::Resolution;
 use super::runs::{RunArguments, unreached};
 use super::{config, map_file, output};
 
@@ -46,9 +47,8 @@ pub struct LocalizationArguments {
     /// Map of the world, in any format that `drive` reads; needs --start and --goal. With --log: the map of the log.
     #[arg(long)]
     pub map: Option<PathBuf>,
-    /// Side of a cell of a .map or text map, metres.
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
-    pub resolution: f64,
+    #[command(flatten)]
+    pub resolution: Resolution,
     /// Start of the drives, or of the log.
     #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true, requires = "map")]
     pub start: Option<Place>,
@@ -125,9 +125,10 @@ pub fn settings(arguments: &LocalizationArguments) -> anyhow::Result<Config> {
 
 fn site(arguments: &LocalizationArguments) -> anyhow::Result<LocalizationSite> {
     let tour_m = arguments.tour;
+    let resolution_m = arguments.resolution.of(arguments.map.as_deref())?;
     Ok(match (&arguments.map, &arguments.start, &arguments.goal) {
         (Some(file), Some(start), Some(goal)) => {
-            let (name, map) = map_file::load_named(file, arguments.resolution)?;
+            let (name, map) = map_file::load_named(file, resolution_m)?;
             LocalizationSite { name, map, start: start.pose(), goal: goal.position, tour_m }
         }
         (None, None, None) => LocalizationSite::of_scene(roadway(), tour_m),

@@ -73,8 +73,9 @@ pub fn run(arguments: &LocalizationArguments, file: &Path) -> anyhow::Result<boo
     let log = arguments.log.file.read(file).context("--log")?;
     let truth = arguments.log.truth.read(&log)?;
     let config = settings(arguments)?;
+    let resolution_m = arguments.resolution.of(arguments.map.as_deref())?;
     let map = match &arguments.map {
-        Some(map) => map_file::load(map, arguments.resolution)?,
+        Some(map) => map_file::load(map, resolution_m)?,
         None => own_map(&log, file)?,
     };
     let start = arguments.start.as_ref().map(super::arguments::Place::pose).or_else(|| log.start());
@@ -147,16 +148,18 @@ fn lines(result: &LogLocalization) -> Vec<String> {
     )];
     if let Some(error) = &result.absolute {
         lines.push(format!(
-            "absolute     {}; {}",
+            "absolute     {}; {}, over {} of the scans",
             metres(&error.position_m),
-            degrees(&error.yaw_rad)
+            degrees(&error.yaw_rad),
+            error.poses
         ));
     }
     if let Some(error) = &result.relative {
         lines.push(format!(
-            "relative     {}; {}",
+            "relative     {}; {}, over {} motions",
             metres(&error.translation_m),
-            degrees(&error.rotation_rad)
+            degrees(&error.rotation_rad),
+            error.motions
         ));
     }
     let relations = [("relations", &result.relations), ("log's own", &result.corrected_relations)];

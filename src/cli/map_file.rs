@@ -7,7 +7,8 @@ use anyhow::{Context, bail};
 use clap::Args;
 use inbye::geometry::{Point, Pose};
 use inbye::map::{
-    GridFrame, LoadOptions, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones, load_with_warnings,
+    GridFrame, LoadOptions, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones, has_own_resolution,
+    load_with_warnings,
 };
 use inbye::runtime::Config;
 use inbye::sim::{Scene, scene as scene_of};
@@ -85,14 +86,47 @@ pub struct MapInput {
     pub config: Config,
     /// The scene of the map, if it is a built-in one.
     pub scene: Option<Scene>,
+    /// Side of a cell of maps that do not state it, metres.
+    pub resolution_m: f64,
+}
+
+/// The size of the cells of maps that do not state it.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Resolution {
+    /// Side of a cell of a .map or text map, metres; a .yaml map states its own [default: 1].
+    #[arg(long = "resolution", value_name = "METRES", allow_negative_numbers = true, value_parser = length)]
+    pub given: Option<f64>,
+}
+
+impl Resolution {
+    /// The side of a cell, metres, for those of these maps that do not state it.
+    ///
+    /// # Errors
+    /// Rejects a given resolution that none of the maps needs.
+    pub fn of<'a>(self, maps: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<f64> {
+        let mut maps = maps.into_iter();
+        let Some(given) = self.given else {
+            return Ok(1.0);
+        };
+        let first = maps.next();
+        if first.into_iter().chain(maps).any(|map| !has_own_resolution(map)) {
+            return Ok(given);
+        }
+        match first {
+            Some(map) => bail!(
+                "--resolution {given}: {} states its own resolution: leave the flag out",
+                map.display()
+            ),
+            None => bail!("--resolution {given}: it is for a map file: leave the flag out"),
+        }
+    }
 }
 
 /// The settings for a map.
 #[derive(Debug, Args)]
 pub struct MapSettings {
-    /// Side of a cell of a .map or text map, metres.
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_parser = length)]
-    pub resolution: f64,
+    #[command(flatten)]
+    pub resolution: Resolution,
     /// How unknown cells count [default: the configuration's, blocked].
     #[arg(long, value_parser = unknown())]
     pub unknown: Option<UnknownPolicy>,
@@ -121,8 +155,7 @@ impl MapSettings {
 impl MapSettings {
     /// The arguments that give these settings again, each after a space.
     pub fn as_arguments(&self) -> String {
-        let resolution =
-            (self.resolution != 1.0).then(|| ("--resolution", self.resolution.to_string()));
+        let resolution = self.resolution.given.map(|given| ("--resolution", given.to_string()));
         let unknown = self
             .unknown
             .map(|policy| ("--unknown", json!(policy).as_str().unwrap_or_default().to_owned()));
@@ -133,13 +166,15 @@ impl MapSettings {
     }
 }
 
-/// Loads map and configuration.
-pub fn read(arguments: &MapArguments) -> anyhow::Result<MapInput> {
+/// Loads map and configuration. `truth` is another map of the command, which its resolution may be for.
+pub fn read(arguments: &MapArguments, truth: Option<&Path>) -> anyhow::Result<MapInput> {
     let settings = &arguments.settings;
+    let maps = arguments.map.as_deref().into_iter().chain(truth).chain(arguments.zones.files());
+    let resolution_m = settings.resolution.of(maps)?;
     let config = settings.load()?;
     let scene = arguments.scene.and_then(scene_of);
     let (name, map) = match (&arguments.map, &scene) {
-        (Some(file), _) => (file.display().to_string(), load(file, settings.resolution)?),
+        (Some(file), _) => (file.display().to_string(), load(file, resolution_m)?),
         (None, Some(scene)) => (format!("scene {}", scene.name), scene.map.clone()),
         (None, None) => bail!("--map or --scene is missing"),
     };
@@ -152,8 +187,8 @@ pub fn read(arguments: &MapArguments) -> anyhow::Result<MapInput> {
             "map: {name}: {width} x {height} cells of {resolution_m} m; {unknown}",
         ));
     }
-    let zones = arguments.zones.read(&map, settings.resolution)?;
-    Ok(MapInput { name, map, zones, config, scene })
+    let zones = arguments.zones.read(&map, resolution_m)?;
+    Ok(MapInput { name, map, zones, config, scene, resolution_m })
 }
 
 /// Loads a map of any format; `resolution_m` applies to a format without its own. Warnings go to standard error.

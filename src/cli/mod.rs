@@ -40,7 +40,6 @@ mod map_output;
 mod missions;
 mod movingai;
 mod node;
-mod obstacle_file;
 mod operator;
 mod operator_port;
 mod output;

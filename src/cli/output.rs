@@ -16,7 +16,7 @@ use indicatif::style::ProgressTracker;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use log::{Level, LevelFilter, Record};
 use serde::Serialize;
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::{error_text, invocation};
 use crate::suggest::in_one_line;
@@ -186,12 +186,15 @@ pub fn print_error(kind: &str, error: &anyhow::Error) {
     }
 }
 
-/// Prints an error as JSON: `place` is what the message begins with, `hint` what follows its last colon outside a quotation.
 fn json_error(code: &str, message: &str, place: Option<&str>) {
+    line(json!({ "error": error_object(code, message, place) }).to_string());
+}
+
+/// An error as JSON: `place` is what the message begins with, `hint` what follows its last colon outside a quotation.
+pub fn error_object(code: &str, message: &str, place: Option<&str>) -> Value {
     let mut rests = message.rmatch_indices(": ").map(|(colon, _)| &message[colon + 2..]);
     let hint = rests.find(|rest| rest.matches('`').count() % 2 == 0);
-    let error = json!({ "code": code, "message": message, "place": place, "hint": hint });
-    line(json!({ "error": error }).to_string());
+    json!({ "code": code, "message": message, "place": place, "hint": hint })
 }
 
 /// Prints an error of the command line on one line.

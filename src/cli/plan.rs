@@ -51,7 +51,7 @@ pub struct PlanArguments {
 
 /// Finds a path. Returns false if there is none.
 pub fn run(arguments: &PlanArguments) -> anyhow::Result<bool> {
-    let mut input = map_file::read(&arguments.map)?;
+    let mut input = map_file::read(&arguments.map, None)?;
     arguments.global_planner.set(&mut input.config);
     let (start, goal) = arguments.ends.resolve(input.scene.as_ref())?;
     let task = PlanTask { start, goal, via: &arguments.via, radius_m: arguments.radius };
@@ -80,15 +80,14 @@ fn no_path(failure: &LegFailure, input: &MapInput, radius_m: Option<f64>) -> any
         let MapInput { name, map, config, .. } = input;
         return Err(unusable(&failure.error, &reason, name, map, config, radius_m));
     }
-    let mut object = no_path_json(&failure.error);
-    object["reason"] = json!(reason);
+    let mut object = no_path_json(&failure.error, &reason);
     object["stop"] = json!(failure.stop);
     output::result(&object, [reason])?;
     Ok(false)
 }
 
-/// The JSON object for a missing path.
-pub fn no_path_json(error: &PlanError) -> Value {
+/// The JSON object for a missing path, for this reason.
+pub fn no_path_json(error: &PlanError, reason: &str) -> Value {
     let (expanded, nearest) = match error {
         PlanError::NoValidPath { expanded, nearest, .. } => (Some(expanded), nearest.as_ref()),
         _ => (None, None),
@@ -98,8 +97,7 @@ pub fn no_path_json(error: &PlanError) -> Value {
         "path": [],
         "length_m": null,
         "expanded": expanded,
-        "error": error.code(),
-        "reason": error.to_string(),
+        "error": output::error_object(error.code(), reason, None),
         "nearest_reachable": nearest,
     })
 }

@@ -33,6 +33,11 @@ pub struct LegFailure {
     pub error: PlanError,
 }
 
+/// The name of an intermediate stop, counted from 1.
+pub fn stop_name(number: usize) -> String {
+    format!("stop {number} of --via")
+}
+
 impl LegFailure {
     /// The cause, preceded by the name of the stop.
     pub fn reason(&self) -> String {
@@ -121,7 +126,7 @@ fn plan_legs(
             Err(error) => {
                 let count = task.via.len();
                 let via = (index < count).then_some(index + 1);
-                let name = via.map_or_else(|| "goal".to_owned(), |via| format!("via {via}"));
+                let name = via.map_or_else(|| "goal".to_owned(), stop_name);
                 let stop = (count > 0).then_some(name);
                 failure = Some(LegFailure { via, stop, error });
                 break;

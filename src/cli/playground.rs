@@ -99,7 +99,8 @@ mod server {
     fn scenes(arguments: &PlaygroundArguments, config: &Config) -> anyhow::Result<Vec<Scene>> {
         let zones = arguments.zones.as_arguments();
         let settings = zones.clone() + &arguments.settings.as_arguments();
-        let resolution_m = arguments.settings.resolution;
+        let maps = arguments.map.as_deref().into_iter().chain(arguments.zones.files());
+        let resolution_m = arguments.settings.resolution.of(maps)?;
         let scene = match (&arguments.map, arguments.scene.and_then(scene_of)) {
             (Some(file), _) => {
                 let map = map_file::load(file, resolution_m)?;

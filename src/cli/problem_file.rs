@@ -3,14 +3,14 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow, bail, ensure};
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::input_file::read_text;
 use inbye::local::{
     ClearanceField, DecisionInput, LocalSettings, Normalization, Outside, Problem, Sampler,
     Stopping, Weights,
 };
-use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy};
+use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy, has_own_resolution};
 use inbye::robot::{Footprint, Limits};
 use inbye::runtime::plain_message;
 use inbye::settings::{KeyError, SettingError, line_in_json};
@@ -183,6 +183,10 @@ fn occupancy(
     load: impl Fn(&str, f64) -> anyhow::Result<OccupancyGrid>,
 ) -> anyhow::Result<OccupancyGrid> {
     if let Some(file) = source.name() {
+        ensure!(
+            source.resolution_m.is_none() || !has_own_resolution(Path::new(file)),
+            "map.resolution_m: {file} states its own resolution: leave it out"
+        );
         return load(file, source.resolution_m.unwrap_or(1.0));
     }
     let MapSource { rows: Some(rows), file: None, .. } = source else {

@@ -49,6 +49,11 @@ impl ZoneArguments {
         Ok(zones?.map(Arc::new))
     }
 
+    /// The mask files.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.keepout.iter().chain(&self.speed_zones).map(PathBuf::as_path)
+    }
+
     /// The arguments of a shell for the same masks, each after a space.
     #[cfg(feature = "playground")]
     pub fn as_arguments(&self) -> String {

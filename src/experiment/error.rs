@@ -25,6 +25,14 @@ pub enum ExperimentError {
         /// What is accepted.
         expected: &'static str,
     },
+    /// A value that a list has more than once.
+    #[error("{key} has {value} more than once: name each value once")]
+    Repeated {
+        /// The path of the key in the plan.
+        key: String,
+        /// The value.
+        value: String,
+    },
     /// A number of the plan out of its range.
     #[error(transparent)]
     Setting(#[from] SettingError),
@@ -130,6 +138,9 @@ impl ExperimentError {
             Self::BadValue { key, value, expected } => {
                 Self::BadValue { key: format!("{table}.{key}"), value, expected }
             }
+            Self::Repeated { key, value } => {
+                Self::Repeated { key: format!("{table}.{key}"), value }
+            }
             Self::Unusable { place, reason } => {
                 Self::Unusable { place: format!("{table}.{place}"), reason }
             }
@@ -142,7 +153,7 @@ impl KeyError for ExperimentError {
     fn key_path(&self) -> Option<String> {
         match self {
             Self::Setting(error) => error.key_path(),
-            Self::BadValue { key, .. } => Some(key.clone()),
+            Self::BadValue { key, .. } | Self::Repeated { key, .. } => Some(key.clone()),
             Self::BadSettings { place, error } => {
                 Some(error.key_path().map_or_else(|| place.clone(), |key| format!("{place}.{key}")))
             }

@@ -11,6 +11,7 @@ use toml::Table;
 
 use super::ExperimentError;
 use crate::local::{EngineChoice, Weights};
+use crate::map::has_own_resolution;
 use crate::settings::{choices, commented_toml, setting_schema, settings, words};
 
 settings! {
@@ -186,7 +187,7 @@ impl Plan {
     /// The default plan as TOML, each key with a comment.
     #[must_use]
     pub fn documented() -> String {
-        commented_toml::<Self>(HEADING)
+        commented_toml(HEADING, &Self::default())
     }
 
     /// Checks every value without opening a file: lists, names, worlds, and the ranges of [`Plan::validate`].
@@ -241,13 +242,19 @@ impl PlanWorlds {
             path,
             "left out: worlds of this kind are built in",
         )?;
-        let only = self.only.len();
+        let may_have_only = self.only.is_empty() || is(&[Barn, DynaBarn]);
         let expected = "left out: only barn and dynabarn have numbered worlds";
-        require(only == 0 || is(&[Barn, DynaBarn]), "only", only, expected)?;
-        let routes = self.routes.len();
-        let expected = "at least one route for \"map\", none for other kinds";
-        require((routes > 0) == is(&[Map]), "routes", routes, expected)?;
+        require(may_have_only, "only", "given", expected)?;
+        let has_routes = !self.routes.is_empty();
+        let expected = "a list of at least one route for kind = \"map\", such as [{ start = [1, 1, 0], goal = [5, 1] }]";
+        require(has_routes || !is(&[Map]), "routes", "missing or empty", expected)?;
+        let expected = "left out: only worlds of kind = \"map\" have routes";
+        require(!has_routes || is(&[Map]), "routes", "given", expected)?;
         self.check_unused(&is)?;
+        let is_needed = !self.path.as_deref().is_some_and(has_own_resolution);
+        let is_default = self.resolution_m.total_cmp(&Self::default().resolution_m).is_eq();
+        let expected = "left out: a .yaml map states its own";
+        require(is_needed || is_default, "resolution_m", self.resolution_m, expected)?;
         let ends = |route: &PlanRoute| {
             let numbers = || route.start.iter().chain(&route.goal);
             (2..=3).contains(&route.goal.len()) && numbers().all(|number| number.abs() <= 1e9)
@@ -307,8 +314,12 @@ pub(super) fn listed<T: Display>(name: &'static str, values: &[T]) -> Result<(),
 fn distinct<T: Display>(name: &'static str, values: &[T]) -> Result<(), ExperimentError> {
     let mut seen = BTreeSet::new();
     for value in values {
-        let is_new = seen.insert(value.to_string());
-        require(is_new, name, value, "named once")?;
+        let value = value.to_string();
+        if seen.contains(&value) {
+            let value = value.escape_debug().to_string();
+            return Err(ExperimentError::Repeated { key: name.to_owned(), value });
+        }
+        seen.insert(value);
     }
     Ok(())
 }

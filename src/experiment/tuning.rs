@@ -50,10 +50,10 @@ pub struct SearchRange {
     /// Largest value.
     pub to: Option<Value>,
     /// Whether the scale is logarithmic.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "core::ops::Not::not")]
     pub log: bool,
     /// The values, in place of a range.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub values: Vec<Value>,
 }
 
@@ -88,7 +88,7 @@ impl TuningPlan {
     /// The default plan as TOML, each key with a comment.
     #[must_use]
     pub fn documented() -> String {
-        commented_toml::<Self>(HEADING)
+        commented_toml(HEADING, &Self::default().judge(vec![PlanWorlds::default()]))
     }
 
     /// Checks every value without opening a file.
@@ -100,7 +100,7 @@ impl TuningPlan {
         require(!self.space.is_empty(), "space", "empty", "at least one key with its range")?;
         require(!self.judge.is_empty(), "judge", "empty", "other worlds than those of train")?;
         for (key, range) in &self.space {
-            let expected = "from below to, both above zero where log = true, or values";
+            let expected = "{ from = LESS, to = MORE } with numbers, both above zero where log = true, or { values = [...] }";
             let value = Value::try_from(range).map_or_else(|_| String::new(), |it| it.to_string());
             let key = format!("space.{}", key.escape_debug());
             require(range.is_usable(), &key, value, expected)?;

@@ -27,6 +27,7 @@ use std::time::Duration;
 
 #[cfg(doc)]
 use crate::navigator::ControllerError;
+use crate::suggest::without_rust_types;
 use protocol::{Ready, Request};
 
 /// Ends all waits for answers once it is set.
@@ -141,8 +142,8 @@ impl Program {
             }
         };
         serde_json::from_str(&line).map_err(|error| {
-            let line = shown(&line, SHOWN_CHARACTERS);
-            NoAnswer::Failed(format!("`{line}` is no answer: {error}"))
+            let shown = shown(&line, SHOWN_CHARACTERS);
+            NoAnswer::Failed(format!("`{shown}` is no answer: {}", why_no_answer(&error, &line)))
         })
     }
 
@@ -168,6 +169,24 @@ fn end_text(status: Option<ExitStatus>) -> String {
         None => "the program ended".to_owned(),
     }
 }
+
+/// Why a line is no answer, for the author of a program.
+fn why_no_answer(error: &serde_json::Error, line: &str) -> String {
+    let column = error.column();
+    // The parser stops at the first letter; a sign is before it.
+    let rest = line.get(column.saturating_sub(1)..).unwrap_or_default();
+    if let Some(word) = NOT_FINITE.into_iter().find(|word| rest.starts_with(word)) {
+        return format!(
+            "{word} in column {column} is not JSON: a velocity, like every number, must be finite"
+        );
+    }
+    let text = error.to_string();
+    let message = text.rsplit_once(" at line ").map_or(&*text, |(message, _)| message);
+    format!("{} (column {column})", without_rust_types(message))
+}
+
+/// Numbers that are not finite, as programs in Python and JavaScript write them.
+const NOT_FINITE: [&str; 3] = ["NaN", "nan", "Infinity"];
 
 /// Where the system looked for a program that it did not find.
 fn searched(settings: &ProgramSettings) -> String {
@@ -212,6 +231,35 @@ const REASON_CHARACTERS: usize = 200;
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn wrong_answers_are_explained_without_rust_types() {
+        let why = |line: &str| match serde_json::from_str::<protocol::Velocity>(line) {
+            Ok(_) => String::new(),
+            Err(error) => why_no_answer(&error, line),
+        };
+        for (line, expected) in [
+            (
+                r#"{"linear": NaN, "angular": 0}"#,
+                "NaN in column 12 is not JSON: a velocity, like every number, must be finite",
+            ),
+            (
+                r#"{"linear": 0, "angular": -Infinity}"#,
+                "Infinity in column 27 is not JSON: a velocity, like every number, must be finite",
+            ),
+            (
+                r#"{"linear": "fast", "angular": 0}"#,
+                r#"invalid type: string "fast", expected a number (column 17)"#,
+            ),
+            (r#"{"linear": 1e999, "angular": 0}"#, "number out of range (column 16)"),
+            (
+                "3",
+                "invalid type: integer `3`, expected an object with `linear` and `angular`, or `error` (column 1)",
+            ),
+        ] {
+            assert_eq!(why(line), expected);
+        }
+    }
 
     #[test]
     fn shown_text_is_cut_and_has_no_control_characters() {

@@ -81,7 +81,7 @@ pub(crate) enum Want {
 
 /// The answer to the first message.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with `protocol`")]
 pub(crate) struct Ready {
     pub protocol: u32,
     pub name: Option<String>,
@@ -133,7 +133,7 @@ pub(crate) enum Velocity {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with `linear` and `angular`, or `error`")]
 struct VelocityFields {
     linear: Option<f64>,
     angular: Option<f64>,
@@ -175,7 +175,7 @@ pub(crate) enum PlannedPath {
 }
 
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with `path`, or `error`")]
 struct PathFields {
     path: Option<Vec<Vec<f64>>>,
     error: Option<serde_json::Value>,
@@ -237,7 +237,7 @@ pub(crate) struct Step {
 
 /// The state of a simulated robot after a step.
 #[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with `odometry`, `scan` and `truth`")]
 pub(crate) struct SimulatedState {
     pub odometry: SimulatedMotion,
     pub scan: SimulatedScan,

@@ -112,6 +112,11 @@ impl FreeSpace {
     pub fn nearest_free(&self, point: &Point) -> Option<Cell> {
         let at = self.frame.to_cell_units(point);
         let (width, height) = (self.frame.width, self.frame.height);
+        // Far outside the grid, rounding hides the differences between squared distances. They are therefore without the part that
+        // all cells have in common: the square of the distance from the point to the edge.
+        let edge = Point::new(at.x.clamp(0.0, width.into()), at.y.clamp(0.0, height.into()));
+        let beyond = edge - at;
+        let square = |offset: f64, beyond: f64| offset * (offset + 2.0 * beyond);
         // Of the columns whose centres are not right of the point, the last one.
         let column = ((at.x - 0.5).floor() as i32).clamp(0, width - 1);
         let first_row = (at.y.floor() as i32).clamp(0, height - 1);
@@ -120,15 +125,15 @@ impl FreeSpace {
         for offset in 0..height {
             let mut is_last = true;
             for row in [first_row - offset, first_row + offset] {
-                let across = f64::from(row) + 0.5 - at.y;
-                let is_near = best.is_none_or(|(squared, _)| across * across <= squared);
+                let across = square(f64::from(row) + 0.5 - edge.y, beyond.y);
+                let is_near = best.is_none_or(|(squared, _)| across <= squared);
                 if !(0..height).contains(&row) || !is_near {
                     continue;
                 }
                 is_last = false;
                 for column in self.free.nearest_in_row(row, column).into_iter().flatten() {
                     let cell = Cell::new(column, row);
-                    let squared = (cell.center() - at).norm_squared();
+                    let squared = square(cell.center().x - edge.x, beyond.x) + across;
                     let is_better = |(least, other): (f64, Cell)| {
                         let is_first = (row, column) < (other.row, other.column);
                         squared < least || (squared == least && is_first)

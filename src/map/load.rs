@@ -50,14 +50,23 @@ pub fn load_with_warnings(
     read(path, options, warn).map_err(|problem| problem.in_file(path))
 }
 
+/// Whether the format of a map file, by its name, states the size of a cell, so that [`LoadOptions::resolution_m`] is not used.
+#[must_use]
+pub fn has_own_resolution(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default();
+    ["yaml", "yml"].into_iter().any(|own| extension.eq_ignore_ascii_case(own))
+}
+
 fn read(
     path: &Path,
     options: &LoadOptions,
     warn: &mut dyn FnMut(MapWarning),
 ) -> Result<OccupancyGrid, MapError> {
+    if has_own_resolution(path) {
+        return map_server::read(path, &read_text(path, MAX_YAML_BYTES)?, warn);
+    }
     let extension = path.extension().unwrap_or_default().to_string_lossy();
     match extension.to_ascii_lowercase().as_str() {
-        "yaml" | "yml" => map_server::read(path, &read_text(path, MAX_YAML_BYTES)?, warn),
         "pgm" | "png" | "bmp" => Err(MapError::ImageWithoutYaml),
         extension => {
             let text = read_text(path, MAX_ROWS_BYTES)?;

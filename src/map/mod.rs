@@ -31,7 +31,7 @@ pub use grid::{
     ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy,
 };
 pub(crate) use grid_ray::GridRay;
-pub use load::{LoadOptions, load, load_with_warnings};
+pub use load::{LoadOptions, has_own_resolution, load, load_with_warnings};
 pub use moving_disc::MovingDisc;
 pub use movingai::{Scenario, cell_from_top_left, parse_scen, read_scen};
 pub(crate) use ray_caster::{RayCaster, RayEnd};

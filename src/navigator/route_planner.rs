@@ -51,6 +51,22 @@ struct Terrain {
     costs: Option<ClearanceCosts>,
 }
 
+/// The body in narrow passages, and where it fits.
+struct NarrowTerrain {
+    passages: NarrowPassages,
+    /// Cells in which a disc of the body keeps its distance wherever it is, and at the centre.
+    whole: FreeSpace,
+    space: FreeSpace,
+    costs: ClearanceCosts,
+}
+
+impl NarrowTerrain {
+    fn body<'a>(&'a self, wide: &'a FreeSpace) -> BodySpace<'a> {
+        let (discs, radius_m) = (&self.passages.discs[..], self.passages.radius_m);
+        BodySpace { discs, radius_m, whole: &self.whole, narrow: &self.space, wide }
+    }
+}
+
 /// What to plan, and the clock that times it.
 struct Task<'a> {
     terrain: &'a Terrain,
@@ -133,6 +149,16 @@ impl RoutePlanner {
         }
     }
 
+    /// The narrow passages of a task; none for a robot that is as wide as long.
+    fn narrow_terrain(&self, task: &Task<'_>) -> Option<NarrowTerrain> {
+        let passages = self.narrow.clone()?;
+        let obstacles = &task.terrain.obstacles;
+        let [whole, space] = passages.spaces(obstacles, task.transient);
+        // Through the middle of a passage, and not round its corner.
+        let costs = ClearanceCosts::new(obstacles, self.comfortable_radius_m, NARROW_WEIGHT);
+        Some(NarrowTerrain { passages, whole, space, costs })
+    }
+
     fn plan_on(&mut self, task: &mut Task<'_>) -> Result<Plan, PlanError> {
         let (terrain, start, goal) = (task.terrain, task.start, task.goal);
         let least = &terrain.least;
@@ -173,36 +199,38 @@ impl RoutePlanner {
             ) => f64::INFINITY,
             Err(_) => straight_m,
         };
-        let narrow =
-            (length_m > self.comfort_detour * straight_m).then(|| self.narrow(task)).flatten();
+        let is_far = length_m > self.comfort_detour * straight_m;
+        let Some(ground) = is_far.then(|| self.narrow_terrain(task)).flatten() else {
+            return usual.or_else(|error| self.squeezed(task, error));
+        };
+        let narrow = self.narrow(task, &ground);
         let is_better = |plan: &Plan| self.comfort_detour * plan.smoothed.length_m() < length_m;
         match narrow.filter(is_better) {
             Some(plan) => Ok(plan),
             None => usual
                 .or_else(|error| self.squeezed(task, error))
-                .map_err(|error| self.with_narrow_passages(task, error)),
+                .map_err(|error| self.with_narrow_passages(task, &ground, error)),
         }
     }
 
     /// The error of a search without narrow passages, as it is with them: the goal may be in such a passage, and the reachable point
     /// nearest to it beyond some.
-    fn with_narrow_passages(&mut self, task: &mut Task<'_>, error: PlanError) -> PlanError {
-        let Some(passages) = self.narrow.clone() else {
-            return error;
-        };
-        let Terrain { obstacles, least, .. } = task.terrain;
-        let [whole, space] = passages.spaces(obstacles, task.transient);
-        let (discs, radius_m) = (&passages.discs[..], passages.radius_m);
-        let body = BodySpace { discs, radius_m, whole: &whole, narrow: &space, wide: least };
+    fn with_narrow_passages(
+        &mut self,
+        task: &mut Task<'_>,
+        ground: &NarrowTerrain,
+        error: PlanError,
+    ) -> PlanError {
+        let (Terrain { obstacles, least, .. }, space) = (task.terrain, &ground.space);
         let (expanded, nearest) = match &error {
             PlanError::NoValidPath { expanded, nearest, .. } => (*expanded, *nearest),
-            PlanError::GoalOccupied { .. } if body.fits(&task.goal) => (0, None),
+            PlanError::GoalOccupied { .. } if ground.body(least).fits(&task.goal) => (0, None),
             _ => return error,
         };
         let (start, goal, frame) = (task.start, task.goal, *space.frame());
-        let from = frame.cell_of(&self.free_start(obstacles, &space, start));
+        let from = frame.cell_of(&self.free_start(obstacles, space, start));
         let beyond = from
-            .and_then(|from| nearest_reachable_within(&space, least, from, &goal))
+            .and_then(|from| nearest_reachable_within(space, least, from, &goal))
             .map(|cell| frame.center_of(cell))
             .filter(|place| {
                 nearest.is_none_or(|nearest| (goal - *place).norm() < (goal - nearest).norm())
@@ -211,12 +239,14 @@ impl RoutePlanner {
                 let (terrain, transient) = (task.terrain, task.transient);
                 let task =
                     &mut Task { goal: *place, clock: &mut *task.clock, start, terrain, transient };
-                self.plan_on(task).is_ok() || self.narrow(task).is_some()
+                // The usual search has just found nothing nearer.
+                let is_usual = nearest.is_none() && self.plan_on(task).is_ok();
+                is_usual || self.narrow(task, ground).is_some()
             });
         PlanError::NoValidPath {
             start,
             goal,
-            radius_m,
+            radius_m: ground.passages.radius_m,
             expanded,
             nearest: beyond.or(nearest),
             reason: None,
@@ -225,18 +255,13 @@ impl RoutePlanner {
 
     /// A path through narrow passages on which the robot fits. A robot that stands where its body cannot turn may also begin at the
     /// nearest place where it can, as on other paths.
-    fn narrow(&mut self, task: &mut Task<'_>) -> Option<Plan> {
-        let passages = self.narrow.clone()?;
+    fn narrow(&mut self, task: &mut Task<'_>, ground: &NarrowTerrain) -> Option<Plan> {
         let Terrain { obstacles, least, .. } = task.terrain;
-        let [whole, space] = passages.spaces(obstacles, task.transient);
-        // Through the middle of a passage, and not round its corner.
-        let costs = ClearanceCosts::new(obstacles, self.comfortable_radius_m, NARROW_WEIGHT);
-        let (discs, radius_m) = (&passages.discs[..], passages.radius_m);
-        let body = BodySpace { discs, radius_m, whole: &whole, narrow: &space, wide: least };
-        let start = self.free_start(obstacles, &space, task.start);
+        let (body, costs) = (&ground.body(least), &ground.costs);
+        let start = self.free_start(obstacles, &ground.space, task.start);
         let turning = self.free_start(obstacles, least, task.start);
-        self.narrow_from(start, task, &body, &costs).or_else(|| {
-            (turning != start).then(|| self.narrow_from(turning, task, &body, &costs)).flatten()
+        self.narrow_from(start, task, body, costs).or_else(|| {
+            (turning != start).then(|| self.narrow_from(turning, task, body, costs)).flatten()
         })
     }
 

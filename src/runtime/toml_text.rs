@@ -9,18 +9,10 @@ use toml::{Table, Value};
 
 use super::{Config, renamed_keys};
 use crate::settings::{KeyError, line_in_toml};
-use crate::suggest::{closest_name, in_one_line};
+use crate::suggest::{closest_name, in_one_line, without_rust_types};
 
 /// Longest quotation of a line in an error, characters.
 const MAX_QUOTE: usize = 60;
-
-/// Rust type names in messages, and their replacements.
-const TYPES: [(&str, &str); 4] = [
-    ("expected u32", "expected a whole number, at least 0"),
-    ("expected usize", "expected a whole number, at least 0"),
-    ("expected f64", "expected a number"),
-    ("expected a sequence", "expected a list"),
-];
 
 /// What is wrong with a text of settings, on one line: the place if it is known, and how to correct it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -161,11 +153,7 @@ pub fn is_other_variant(old: &Table, new: &Table) -> bool {
 pub fn plain_message(message: &str, table_of: impl Fn(&str) -> Option<String>) -> String {
     // A quoted key may contain line breaks.
     let message = in_one_line(message);
-    let plain = TYPES.iter().fold(message.clone(), |text, (rust, plain)| text.replace(rust, plain));
-    let plain = match plain.split_once("expected struct ") {
-        Some((before, _name)) => format!("{before}expected a table of keys and values"),
-        None => plain,
-    };
+    let plain = without_rust_types(&message);
     match suggestion(&message, table_of) {
         Some(suggestion) => format!("{plain}: {suggestion}"),
         None => plain,

@@ -41,9 +41,9 @@ fn defaults<T: Default + Serialize>() -> Value {
 }
 
 /// TOML of a configuration with every key, its default and a comment. A key without a default is commented out, with the
-/// example of its text.
-pub(crate) fn commented_toml<T: Setting + Default + Serialize>(heading: &str) -> String {
-    let defaults = toml::Table::try_from(T::default()).unwrap_or_default();
+/// example of its text. A list of tables needs one in the defaults, which shows the defaults of its keys.
+pub(crate) fn commented_toml<T: Setting + Serialize>(heading: &str, defaults: &T) -> String {
+    let defaults = toml::Table::try_from(defaults).unwrap_or_default();
     let mut text = comment(heading);
     write_table(T::FIELDS, "", &defaults, &mut text);
     text

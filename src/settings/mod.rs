@@ -382,7 +382,7 @@ macro_rules! settings {
             /// Returns TOML with every key, its default and a comment. Parsing it gives the default configuration.
             #[must_use]
             pub fn documented() -> String {
-                $crate::settings::commented_toml::<Self>($heading)
+                $crate::settings::commented_toml($heading, &Self::default())
             }
 
             /// Returns every key with its default and description.

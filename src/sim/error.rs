@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use crate::input_file::InputFileError;
 use crate::runtime::MissionError;
 use crate::settings::{SettingError, require};
 
@@ -36,12 +37,12 @@ pub enum SimError {
         reason: String,
     },
     /// A file cannot be read.
-    #[error("{file}: cannot be read ({reason}): check its name and permissions")]
-    Unreadable {
+    #[error("{file}: {problem}")]
+    UnreadableFile {
         /// The file.
         file: String,
-        /// The system's message.
-        reason: String,
+        /// What is wrong with it.
+        problem: InputFileError,
     },
     /// A file is not a list of moving obstacles.
     #[error(
@@ -54,10 +55,12 @@ pub enum SimError {
         reason: String,
     },
     /// A moving obstacle of a file is invalid.
-    #[error("{file}: obstacle {index}: {reason}")]
+    #[error("{file}: line {line}: obstacle {index}: {reason}")]
     InvalidObstacle {
         /// The file.
         file: String,
+        /// Line of the key, from one; of the obstacle, for an error of no key that the file has.
+        line: usize,
         /// Index in the list, from zero.
         index: usize,
         /// The cause.
@@ -121,4 +124,15 @@ pub enum SimError {
         /// Longest walk, metres.
         most_m: f64,
     },
+}
+
+impl SimError {
+    /// The key of a file of moving obstacles whose value is wrong; none for an error of something else.
+    pub(super) fn key(&self) -> Option<&'static str> {
+        match self {
+            Self::Setting(error) => Some(error.name),
+            Self::ConflictingKeys { key, .. } => Some(key),
+            _ => None,
+        }
+    }
 }

@@ -1,7 +1,5 @@
 //! The moving obstacles of a simulation, and the files that describe them.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use rand::RngExt;
@@ -9,12 +7,11 @@ use serde::Deserialize;
 
 use super::{MovingObstacle, RngStream, SimError, SpawnTrigger, TimedPath, generator};
 use crate::geometry::{Point, Pose};
+use crate::input_file::read_text;
 use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
-use crate::suggest::in_one_line;
-
-/// Largest file of moving obstacles, bytes.
-const MAX_BYTES: u64 = 16 << 20;
+use crate::settings::{line_in_json, line_in_toml};
+use crate::suggest::{in_one_line, without_rust_types};
 
 /// Gap that a yielding obstacle leaves to the robot, metres. It takes no step that ends both nearer than this and nearer
 /// than before.
@@ -141,19 +138,13 @@ impl MovingObstacles {
     /// Reads moving obstacles from a `.json` or `.toml` file; see [`MovingObstacles::parse`].
     ///
     /// # Errors
-    /// [`SimError::Unreadable`], or as [`MovingObstacles::parse`].
+    /// [`SimError::UnreadableFile`], or as [`MovingObstacles::parse`].
     pub fn read(file: &Path, ground: &ObstacleGrid, seed: u64) -> Result<Self, SimError> {
         let name = file.display().to_string();
-        let unreadable = |reason| SimError::Unreadable { file: name.clone(), reason };
-        let mut text = String::new();
-        // A device or a pipe may never end.
-        let read =
-            File::open(file).and_then(|file| file.take(MAX_BYTES + 1).read_to_string(&mut text));
-        read.map_err(|error| unreadable(error.to_string()))?;
-        if text.len() as u64 > MAX_BYTES {
-            return Err(unreadable(format!("more than {MAX_BYTES} bytes")));
+        match read_text(file) {
+            Ok(text) => Self::parse(&text, &name, ground, seed),
+            Err(problem) => Err(SimError::UnreadableFile { file: name, problem }),
         }
-        Self::parse(&text, &name, ground, seed)
     }
 
     /// Parses the text of a file: TOML, with an `[[obstacles]]` table for each obstacle, if the file's name ends in
@@ -172,7 +163,7 @@ impl MovingObstacles {
     /// present from the start). All points must be inside the map; they are not checked for obstacles.
     ///
     /// # Errors
-    /// [`SimError::InvalidObstacleFile`], or [`SimError::InvalidObstacle`] for the first invalid obstacle.
+    /// [`SimError::InvalidObstacleFile`], or [`SimError::InvalidObstacle`] for the first invalid obstacle, with the line of its key.
     pub fn parse(
         text: &str,
         file: &str,
@@ -193,7 +184,7 @@ impl MovingObstacles {
         };
         let entries = entries.map_err(|reason| SimError::InvalidObstacleFile {
             file: file.to_owned(),
-            reason: in_one_line(&reason),
+            reason: without_rust_types(&in_one_line(&reason)),
         })?;
         let mut seeds = generator(seed, RngStream::Obstacles);
         entries
@@ -201,10 +192,19 @@ impl MovingObstacles {
             .enumerate()
             .map(|(index, entry)| {
                 // Drawn for each entry, so that a change of one obstacle leaves the others unchanged.
-                entry.moving(ground, seeds.random()).map_err(|reason| SimError::InvalidObstacle {
-                    file: file.to_owned(),
-                    index,
-                    reason: Box::new(reason),
+                entry.moving(ground, seeds.random()).map_err(|reason| {
+                    let key = reason.key().unwrap_or_default();
+                    let line = if is_toml {
+                        line_in_toml(&format!("obstacles.{index}.{key}"), text)
+                    } else {
+                        line_in_json(&format!("{index}.{key}"), text)
+                    };
+                    SimError::InvalidObstacle {
+                        file: file.to_owned(),
+                        line: line.unwrap_or(1),
+                        index,
+                        reason: Box::new(reason),
+                    }
                 })
             })
             .collect::<Result<Vec<_>, _>>()

@@ -7,7 +7,10 @@ use crate::geometry::{Point, Pose, wrap_angle};
 
 /// Absolute trajectory error: distances after the rigid alignment with the smallest sum of squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct AbsoluteError {
+    /// Number of compared poses.
+    pub poses: usize,
     /// Distances of the positions, metres.
     pub position_m: ErrorStatistics,
     /// Differences of the yaw, radians. Where the positions do not determine the rotation, it is the mean difference of the yaws.
@@ -16,7 +19,10 @@ pub struct AbsoluteError {
 
 /// Relative pose error: of the motion from each pose to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct RelativeError {
+    /// Number of compared motions.
+    pub motions: usize,
     /// Distances, metres.
     pub translation_m: ErrorStatistics,
     /// Angles, radians.
@@ -42,6 +48,7 @@ pub fn absolute_error(pairs: &[(Pose, Pose)]) -> Option<AbsoluteError> {
     };
     let (distances, angles) = pairs.iter().map(aligned).unzip();
     Some(AbsoluteError {
+        poses: pairs.len(),
         position_m: ErrorStatistics::of(distances)?,
         yaw_rad: ErrorStatistics::of(angles)?,
     })
@@ -98,8 +105,9 @@ pub fn relative_error(pairs: &[(Pose, Pose)]) -> Option<RelativeError> {
         let reference = step[0].1.inverse_transform_pose(&step[1].1);
         difference(&reference, &estimated)
     });
-    let (distances, angles) = errors.unzip();
+    let (distances, angles): (Vec<f64>, Vec<f64>) = errors.unzip();
     Some(RelativeError {
+        motions: distances.len(),
         translation_m: ErrorStatistics::of(distances)?,
         rotation_rad: ErrorStatistics::of(angles)?,
     })

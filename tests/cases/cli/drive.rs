@@ -225,10 +225,31 @@ fn unreachable_goal_is_an_answer() {
     let (status, object) = place.json(DRIVE);
     assert_eq!(status, 1);
     assert_eq!((&object["reached"], &object["found"]), (&json!(false), &json!(false)));
-    assert_eq!(object["error"], "NO_VALID_PATH");
+    let error = &object["error"];
+    assert_eq!((&error["code"], &error["place"]), (&json!("NO_VALID_PATH"), &Value::Null));
+    assert!(error["hint"].as_str().is_some_and(|hint| hint.starts_with("choose ")), "{error}");
+    assert_eq!([&object["fault"], &object["why"]], [&error["message"]; 2]);
+    assert_eq!((&object["stop"], &object["interrupted"]), (&Value::Null, &json!(false)));
     let run = place.run(DRIVE);
     assert_eq!((run.status, run.stdout.lines().count()), (1, 1), "{run:?}");
     assert!(run.stdout.starts_with("NO_VALID_PATH: no path from "), "{run:?}");
+    // The goal of the first leg that fails is an intermediate stop.
+    let (_, object) = place.json(&format!("{DRIVE} --via 3,2.5 --via 10.5,1.5"));
+    assert_eq!(object["stop"], "stop 2 of --via");
+    let message = object["error"]["message"].as_str().expect("a message");
+    assert!(message.starts_with("stop 2 of --via: NO_VALID_PATH: "), "{message}");
+}
+
+#[test]
+fn unusable_stop_is_named() {
+    let place = room();
+    for (stops, expected) in [
+        ("--via 3,2.5 --via 5.9,2.5", "stop 2 of --via: GOAL_OCCUPIED: goal (5.90, 2.50)"),
+        ("--via 50,2.5 --obstacles 1", "stop 1 of --via: GOAL_OUTSIDE_MAP: goal (50.00, 2.50)"),
+    ] {
+        let refusal = place.refusal(&format!("{DRIVE} {stops}"));
+        assert!(refusal.contains(&format!("room.txt: {expected}")), "{refusal}");
+    }
 }
 
 #[test]
@@ -243,6 +264,27 @@ fn obstacles_are_a_number_or_a_file() {
     assert_ne!(digest(&from_json), digest(&place.json(DRIVE).1));
     let crowd = place.json(&format!("{DRIVE} --time-limit 1 --obstacles 2")).1;
     assert_ne!(digest(&crowd), digest(&place.json(&format!("{DRIVE} --time-limit 1")).1));
+}
+
+/// The keys are those that the error of an unknown one lists.
+#[test]
+fn every_key_of_obstacle_files_is_in_the_book_and_in_the_example() {
+    let place = room();
+    place.write("key.json", r#"[{"none": 1}]"#);
+    let refusal = place.refusal(&format!("{DRIVE} --obstacles key.json"));
+    let (_, keys) = refusal.split_once("expected one of ").expect("the keys are listed");
+    let keys: Vec<&str> = keys.split('`').skip(1).step_by(2).collect();
+    assert_eq!(keys.len(), 11, "{keys:?}");
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let read = |file: &str| fs::read_to_string(root.join(file)).expect("a text of the repository");
+    let (book, example) = (read("docs/src/cli.md"), read("examples/moving_obstacles.toml"));
+    let (_, section) = book.split_once("\n### Moving obstacles\n").expect("the section");
+    for key in keys {
+        let is_row = |line: &str| line.starts_with('|') && line.contains(&format!("`{key}`"));
+        assert!(section.lines().any(is_row), "{key} is in no row of the book");
+        let is_set = |line: &str| line.starts_with(&format!("{key} = "));
+        assert!(example.lines().any(is_set), "{key} is not in the example");
+    }
 }
 
 #[test]

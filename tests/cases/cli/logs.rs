@@ -75,6 +75,25 @@ fn map_of_a_log_is_read_by_plan_and_by_localization() {
     }
 }
 
+/// Of the scans of another room, few are compared.
+#[test]
+fn localization_says_how_many_scans_it_compared() {
+    let place = Workplace::new();
+    place.write("drive.log", drive_log(1.02));
+    place.write("free.txt", "..........\n".repeat(10));
+    let (_, object) = place.json("bench localization --log drive.log");
+    assert_eq!(object["absolute"]["poses"], SCANS, "{object}");
+    assert_eq!(object["relative"]["motions"], SCANS - 1, "{object}");
+    let text = place.run("bench localization --log drive.log").stdout;
+    assert!(text.contains(&format!(", over {SCANS} of the scans")), "{text}");
+    let other = "bench localization --log drive.log --map free.txt --start 5,5";
+    let (status, object) = place.json(other);
+    let lost = object["lost_scans"].as_u64().expect("a number");
+    assert!(status == 1 && lost > 0, "{object}");
+    let compared = object["absolute"]["poses"].as_u64().unwrap_or(0);
+    assert_eq!(compared + lost, u64::from(SCANS), "{object}");
+}
+
 #[test]
 fn perception_over_a_log_of_an_empty_room_finds_nothing_that_moves() {
     let place = Workplace::new();

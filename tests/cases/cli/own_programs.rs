@@ -87,7 +87,14 @@ fn failing_controller_is_a_result_with_its_reason() {
         (r"printf '\033[31mred\n'", r"`\u{1b}[31mred` is no answer"),
         ("echo nonsense", "INVALID_CONTROLLER: a script: `nonsense` is no answer"),
         (r#"echo '{"linear": 0.5}'"#, "write either `linear` and `angular`, or `error`"),
-        (r#"echo '{"linear": 1e999, "angular": 0}'"#, "INVALID_CONTROLLER: a script: "),
+        (
+            r#"echo '{"linear": 1e999, "angular": 0}'"#,
+            "`{\"linear\": 1e999, \"angular\": 0}` is no answer: number out of range (column 16)",
+        ),
+        (
+            r#"echo '{"linear": NaN, "angular": 0}'"#,
+            "NaN in column 12 is not JSON: a velocity, like every number, must be finite",
+        ),
         ("sleep 100", "CONTROLLER_TIMED_OUT: a script: no answer for 0.5 s"),
     ];
     for (each, expected) in cases {
@@ -98,6 +105,22 @@ fn failing_controller_is_a_result_with_its_reason() {
         assert!(text(&object, "fault").contains(expected), "{each}: {object}");
         assert_eq!(object["collided"], json!(false));
     }
+}
+
+/// The person does not yield, and walks into the robot from the side.
+#[test]
+fn person_who_walks_into_the_standing_robot_is_named_in_the_headline() {
+    let place = Workplace::with_room();
+    script(&place, "stands.sh", r#"echo '{"linear": 0, "angular": 0}'"#);
+    place.write("person.json", r#"[{"radius": 0.3, "keyframes": [[0, 1, 2.6], [2, 1, 1.5]]}]"#);
+    let more = "--controller 'sh stands.sh' --obstacles person.json";
+    let (status, object) = driven(&place, more);
+    assert_eq!((status, &object["collided"]), (1, &json!(true)), "{object}");
+    let words = DRIVE.split(' ').chain(["--controller", "sh stands.sh"]);
+    let words: Vec<&str> = words.chain(["--obstacles", "person.json"]).collect();
+    let text = place.run_words(&words).stdout;
+    let headline = "a moving obstacle ran into the standing robot: 0.0 m in ";
+    assert!(text.starts_with(headline) && text.contains("touched moving obstacle 0"), "{text}");
 }
 
 #[test]

@@ -90,11 +90,12 @@ fn unreachable_goal_is_an_answer() {
     let (status, object) = place.json(arguments);
     assert_eq!(status, 1);
     assert_eq!((&object["found"], &object["path"]), (&json!(false), &json!([])));
-    assert_eq!(object["error"], "NO_VALID_PATH");
     assert_fields(
         &object,
-        "reason text, expanded whole, length_m null, stop null, nearest_reachable list",
+        "error.code text, error.message text, error.place null, error.hint text, expanded whole, length_m null, stop null, \
+         nearest_reachable list",
     );
+    assert_eq!(object["error"]["code"], "NO_VALID_PATH");
     // The centre of the cell nearest to the wall between the halves, at the clearance.
     let nearest = &object["nearest_reachable"];
     assert_eq!(*nearest, json!([4.5, 2.5]));
@@ -163,7 +164,7 @@ fn failed_leg_is_named_by_its_stop() {
     place.write("halves.txt", HALVES);
     let map = "plan --map halves.txt --start 2,2 --radius 0.2";
     for (stops, stop) in
-        [("--via 3,2 --via 10,2 --goal 4,2", "via 2"), ("--via 3,2 --goal 10,2", "goal")]
+        [("--via 3,2 --via 10,2 --goal 4,2", "stop 2 of --via"), ("--via 3,2 --goal 10,2", "goal")]
     {
         let (status, object) = place.json(&format!("{map} {stops}"));
         assert_eq!((status, &object["stop"]), (1, &json!(stop)));
@@ -174,7 +175,8 @@ fn failed_leg_is_named_by_its_stop() {
     }
     let refusal = place.refusal(&format!("{map} --via 3,2 --via 6,2 --goal 4,2"));
     assert!(
-        refusal.contains("halves.txt: via 2: GOAL_OCCUPIED: ") && refusal.contains("nearest free"),
+        refusal.contains("halves.txt: stop 2 of --via: GOAL_OCCUPIED: ")
+            && refusal.contains("nearest free"),
         "{refusal}"
     );
     let refusal = place.refusal(&format!("{map} --via 3 --goal 4,2"));

@@ -92,6 +92,17 @@ fn space_without_valid_settings_is_refused_with_the_reason() {
 }
 
 #[test]
+fn unusable_range_is_shown_as_written() {
+    let place = place();
+    let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
+    place.write("plans/turned.toml", plan.replace("from = 2, to = 12", "from = 12, to = 2"));
+    let refusal = place.refusal("tune plans/turned.toml");
+    let shown = "plans/turned.toml: line 4, `\"local.vx_samples\" = { from = 12, to = 2 }`: \
+        space.local.vx_samples is { from = 12, to = 2 }: it must be { from = LESS, to = MORE }";
+    assert!(refusal.contains(shown), "{refusal}");
+}
+
+#[test]
 fn world_of_the_search_cannot_judge() {
     let place = place();
     let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
@@ -99,6 +110,16 @@ fn world_of_the_search_cannot_judge() {
     place.write("plans/same.toml", plan.replace("{ start = [1, 1.5, 0], goal = [5, 1.5] }", route));
     let refusal = place.refusal("tune plans/same.toml");
     assert!(refusal.contains("judge: world room route 1 of map is in train too"), "{refusal}");
+}
+
+#[test]
+fn printed_plan_has_a_value_for_every_key() {
+    let text = place().run("tune --print-plan").stdout;
+    let judge = text.split_once("[[judge]]").expect("the worlds of the judgement").1;
+    for line in ["kind = \"scenes\"", "only = []", "people = 0", "# path = \"maps/mine.yaml\""] {
+        assert!(judge.lines().any(|found| found == line), "no {line:?} in: {judge}");
+    }
+    assert!(text.lines().all(|line| !line.trim_end().ends_with('=')), "{text}");
 }
 
 #[test]

@@ -75,6 +75,7 @@ fn unusable_maps_are_rejected() {
 fn start_and_goal_outside_map_or_in_obstacle_are_rejected() {
     let table = "
 --start -1,5 --goal 80,40 -> mine.yaml: START_OUTSIDE_MAP; (100.00, 60.00)
+--start 10,5 --goal 1e9,5 -> mine.yaml: GOAL_OUTSIDE_MAP; nearest free point is (; , 5.
 --start 10,5 --goal 80,4000 -> mine.yaml: GOAL_OUTSIDE_MAP; (100.00, 60.00)
 --start 50,5 --goal 80,40 -> mine.yaml: START_OCCUPIED; in an obstacle; nearest free point
 --start 10,5 --goal 50,40 -> mine.yaml: GOAL_OCCUPIED; in an obstacle; nearest free point
@@ -108,11 +109,13 @@ fn unusable_flags_are_rejected() {
 --resolution nan -> --resolution; above zero
 --resolution -1 -> --resolution; above zero
 --unknown maybe -> --unknown; blocked; free
+--resolution 0.1 --start 10,5 --goal 80,40 -> --resolution 0.1: mine.yaml states its own resolution: leave the flag out
 --radius nan -> --radius; 0 to
 --radius -2 -> --radius; 0 to
 ";
     assert_table(&place, "plan --map mine.yaml", table);
     let table = "
+--resolution 0.25 --truth mine.yaml -> --resolution 0.25: mine.yaml states its own
 --engine nonsense -> --engine; auto, cpu, gpu
 --real-time-factor 0 -> --real-time-factor; a number: 0.01 to 1000
 --set local.sim_step_s=5 -> --set local.sim_step_s=5: [local] sim_step_s is 5; at most sim_time_s
@@ -131,7 +134,7 @@ fn unusable_flags_are_rejected() {
 --obstacles -1 -> --obstacles; 0 to 1024; name of a JSON
 --obstacles 1.5 -> --obstacles; 0 to 1024
 --obstacles gone.json -> gone.json; check the path
---obstacles list.json -> list.json; expected a sequence; \"radius\"
+--obstacles list.json -> list.json; expected a list; \"radius\"
 --obstacles radius.json -> radius.json: line 1: obstacle 0; radius is 0; above zero
 --obstacles radius.toml -> radius.toml: line 8: obstacle 1; radius is -1; above zero
 --obstacles away.json -> away.json: line 1: obstacle 0; outside the map
@@ -152,6 +155,9 @@ evaluate -> --problem
 bench -> command; bench
 verify --cases 0 -> --cases; 1 to
 verify --seed x -> --seed; whole number
+plan --scene mine --resolution 1 -> --resolution 1: it is for a map file: leave the flag out
+bench localization --case tour --resolution 0.1 -> --resolution 0.1: it is for a map file
+bench localization --map mine.yaml --start 1,1 --goal 2,2 --resolution 0.1 -> --resolution 0.1: mine.yaml states
 bench density --steps 0 -> --steps; 1 to 1023
 bench density --steps 2000 -> --steps; 1 to 1023
 bench density --seconds nan -> --seconds; above zero
@@ -172,6 +178,16 @@ bench density --seconds 0 -> --seconds; above zero
 bench density --missions 0 --record-missions rows.csv -> --record-missions rows.csv; --missions
 ";
     assert_table(&place, "", table);
+}
+
+#[test]
+fn resolution_is_for_the_masks_of_a_map_with_its_own() {
+    let place = place();
+    place.write("mask.txt", "#.\n..\n");
+    let plan = "plan --map mine.yaml --start 10,5 --goal 80,40 --keepout";
+    assert_eq!(place.run(&format!("{plan} mask.txt --resolution 0.3")).status, 0);
+    let refusal = place.refusal(&format!("{plan} mine.yaml --resolution 0.3"));
+    assert!(refusal.contains("--resolution 0.3: mine.yaml states its own"), "{refusal}");
 }
 
 #[test]
@@ -209,6 +225,46 @@ fn unusable_png_file_is_rejected() {
 "
     };
     assert_table(&place, "plan --map mine.yaml --start 10,5 --goal 80,40", table);
+}
+
+/// Plans of experiments: the error has file, line, key, what is wrong, and how to correct it.
+#[test]
+fn unusable_plans_are_rejected() {
+    let place = place();
+    let world = "[[worlds]]\nkind = \"map\"\npath = \"mine.yaml\"\n";
+    let route = "routes = [{ start = [10, 5, 0], goal = [80, 40] }]\n";
+    for (text, expected) in [
+        (
+            format!("seeds = [0, 0]\n{world}{route}"),
+            "line 1, `seeds = [0, 0]`: seeds has 0 more than once: name each value once",
+        ),
+        (
+            format!("engines = [\"cpu\", \"cpu\"]\n{world}{route}"),
+            "line 1, `engines = [\"cpu\", \"cpu\"]`: engines has cpu more than once: name each value once",
+        ),
+        (
+            world.to_owned(),
+            "line 1, `[[worlds]]`: worlds.0.routes is missing or empty: it must be a list of at least one route",
+        ),
+        (
+            format!("[[worlds]]\nkind = \"scenes\"\n{route}"),
+            "line 3, `routes = [{ start = [10, 5, 0], goal = [80, 40] }]`: worlds.0.routes is given: it must be left out: only worlds of kind = \"map\" have routes",
+        ),
+        (
+            format!("{world}{route}only = [1]\n"),
+            "line 5, `only = [1]`: worlds.0.only is given: it must be left out",
+        ),
+        (
+            format!("{world}{route}resolution_m = 0.1\n"),
+            "line 5, `resolution_m = 0.1`: worlds.0.resolution_m is 0.1: it must be left out: a .yaml map states its own",
+        ),
+    ] {
+        place.write("plan.toml", &text);
+        for command in ["bench compare plan.toml", "sweep plan.toml --list"] {
+            let refusal = place.refusal(command);
+            assert!(refusal.contains(&format!("plan.toml: {expected}")), "{text}: {refusal}");
+        }
+    }
 }
 
 #[test]
@@ -384,6 +440,7 @@ fn unusable_problem_values_are_rejected() {
 /map/rows ["x"] -> map.rows: row 1, column 1; 'x'
 /map {} -> map; `rows`; `file`
 /map {"file":"gone.yaml"} -> gone.yaml; check the path
+/map {"file":"mine.yaml","resolution_m":0.1} -> map.resolution_m: mine.yaml states its own
 /map {"file":"mine.yaml","rows":["."]} -> map; `rows`; `file`
 /colour 1 -> unknown field `colour`; `target`
 /vx_sample 1 -> did you mean `vx_samples`?

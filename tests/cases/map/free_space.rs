@@ -38,6 +38,24 @@ fn dilation_by_nan_leaves_no_free_cell() {
     assert_eq!(free_space(70, 3, &[], 1e9).count(), 210);
 }
 
+/// The squared distance from such a point is the same for many cells, rounded.
+#[test]
+fn nearest_free_cell_of_a_far_point_is_beside_it() {
+    let frame = GridFrame { width: 40, height: 30, resolution_m: 0.1, origin: Pose::default() };
+    let space = FreeSpace::new(&ObstacleGrid::filled(frame, false), 0.0);
+    for far in [1e7, 1e9, 1e12] {
+        for (point, expected) in [
+            (Point::new(far, 1.23), Cell::new(39, 12)),
+            (Point::new(-far, 1.23), Cell::new(0, 12)),
+            (Point::new(1.23, far), Cell::new(12, 29)),
+            (Point::new(1.23, -far), Cell::new(12, 0)),
+            (Point::new(far, far), Cell::new(39, 29)),
+        ] {
+            assert_eq!(space.nearest_free(&point), Some(expected), "{point:?}");
+        }
+    }
+}
+
 /// Points inside the grid, on the borders of cells, and outside; the nearest cell by a comparison of all.
 #[test]
 fn nearest_free_cell_is_that_of_all_cells() {

@@ -125,6 +125,26 @@ fn passage_next_to_an_obstacle_that_may_leave_is_not_planned_through() {
     assert!(plan(&obstacles, &[person(9.0)]).is_ok(), "far from the door");
 }
 
+/// The goal is in a chamber without a door, beyond a door that only the body fits through. Each search reads the clock.
+#[test]
+fn failed_request_names_the_nearest_point_beyond_a_door_without_another_usual_search() {
+    let mut obstacles = room(0.9, 0.0);
+    (180..184).for_each(|column| {
+        (0..120).for_each(|row| obstacles.set(Cell::new(column, row), true));
+    });
+    let readings = core::cell::Cell::new(0);
+    let mut clock = || {
+        readings.set(readings.get() + 1);
+        0.0
+    };
+    let (start, goal) = (Point::new(2.0, 4.5), Point::new(10.5, 1.5));
+    let error = planner(|_| {}).plan(&obstacles, start, goal, &mut clock).expect_err("no door");
+    let PlanError::NoValidPath { nearest: Some(nearest), .. } = error else { panic!("{error}") };
+    assert!(nearest.x > 8.0 && nearest.x < 9.0, "{nearest:?}");
+    // One reading for each of four searches without a path, four for the search that confirms the nearest point.
+    assert_eq!(readings.get(), 8);
+}
+
 #[test]
 fn usual_path_is_kept_unless_it_is_much_longer() {
     let with_gap = |gap: i32| {

@@ -261,54 +261,63 @@ fn obstacle_file_errors_are_one_line_with_place() {
     let cases = [
         ("{", "a.json: not a list of moving obstacles"),
         (r#"[{"x": 1, "y": 1, "speed": 0.3}]"#, "a.json: not a list"),
-        (r#"[{"x": 1, "y": 1, "radius": 0.3}]"#, "a.json: obstacle 0: speed is missing"),
+        (r#"[{"x": 1, "y": 1, "radius": 0.3}]"#, "a.json: line 1: obstacle 0: speed is missing"),
         (
             r#"[{"radius": 0.3, "keyframes": [[0, 1, 1]], "speed": 1}]"#,
-            "a.json: obstacle 0: keyframes and speed exclude each other",
+            "a.json: line 1: obstacle 0: keyframes and speed exclude each other",
         ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "loop_s": 4}]"#,
-            "a.json: obstacle 0: keyframes is missing",
+            "a.json: line 1: obstacle 0: keyframes is missing",
         ),
-        (r#"[{"radius": 0.3, "keyframes": []}]"#, "a.json: obstacle 0: number of keyframes is 0"),
+        (
+            r#"[{"radius": 0.3, "keyframes": []}]"#,
+            "a.json: line 1: obstacle 0: number of keyframes is 0",
+        ),
         (
             r#"[{"radius": 0.3, "keyframes": [[0, 1, 1], [2, 3, 1], [2, 4, 1]]}]"#,
-            "a.json: obstacle 0: time of a keyframe is 2",
+            "a.json: line 1: obstacle 0: time of a keyframe is 2",
         ),
         (
             r#"[{"radius": 0.3, "keyframes": [[0, 1, 1], [2, 3, 1]], "loop_s": 1.5}]"#,
-            "a.json: obstacle 0: loop_s is 1.5",
+            "a.json: line 1: obstacle 0: loop_s is 1.5",
         ),
         (
             r#"[{"radius": 0.3, "keyframes": [[0, 1, 1], [2, 3, 9]]}]"#,
-            "a.json: obstacle 0: (3, 9) lies outside the map",
+            "a.json: line 1: obstacle 0: (3, 9) lies outside the map",
         ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "wander_m": 2, "route": []}]"#,
-            "a.json: obstacle 0: wander_m and route exclude each other",
+            "a.json: line 1: obstacle 0: wander_m and route exclude each other",
         ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 0, "wander_m": 2}]"#,
-            "a.json: obstacle 0: speed is 0",
+            "a.json: line 1: obstacle 0: speed is 0",
         ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "wander_m": 0.01}]"#,
-            "a.json: obstacle 0: (1, 1) has no free space",
+            "a.json: line 1: obstacle 0: (1, 1) has no free space",
         ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "appears_at_s": -1}]"#,
-            "a.json: obstacle 0: appears_at_s is -1",
+            "a.json: line 1: obstacle 0: appears_at_s is -1",
         ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "appears_at_s": 1, "appears_within_m": 2}]"#,
-            "a.json: obstacle 0: appears_at_s and appears_within_m exclude each other",
+            "a.json: line 1: obstacle 0: appears_at_s and appears_within_m exclude each other",
         ),
         (r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "colour": 3}]"#, "a.json: not a list"),
-        (r#"[{"x": 1, "y": 1, "radius": 0.0, "speed": 1}]"#, "a.json: obstacle 0: radius is 0"),
-        (r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": -1}]"#, "a.json: obstacle 0: speed is -1"),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.0, "speed": 1}]"#,
+            "a.json: line 1: obstacle 0: radius is 0",
+        ),
+        (
+            r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": -1}]"#,
+            "a.json: line 1: obstacle 0: speed is -1",
+        ),
         (
             r#"[{"x": 1, "y": 1, "radius": 0.3, "speed": 1, "route": [[10.5, 1]]}]"#,
-            "a.json: obstacle 0: (10.5, 1) lies outside the map",
+            "a.json: line 1: obstacle 0: (10.5, 1) lies outside the map",
         ),
     ];
     for (text, expected) in cases {
@@ -319,14 +328,44 @@ fn obstacle_file_errors_are_one_line_with_place() {
     let toml = "[[obstacles]]\nx = nan\ny = 1\nradius = 0.3\nspeed = inf";
     let message =
         MovingObstacles::parse(toml, "a.toml", &open_ground(), 0).unwrap_err().to_string();
-    assert!(message.starts_with("a.toml: obstacle 0: speed is inf"), "{message}");
+    assert!(message.starts_with("a.toml: line 5: obstacle 0: speed is inf"), "{message}");
     let toml = "[[obstacles]]\nx = nan\ny = 1.0\nradius = 0.3\nspeed = 1.0\nwho = 1";
     let message =
         MovingObstacles::parse(toml, "a.toml", &open_ground(), 0).unwrap_err().to_string();
     assert!(message.contains("who") && !message.contains('\n'), "{message}");
     let missing =
         MovingObstacles::read("no/such/file.json".as_ref(), &open_ground(), 0).unwrap_err();
-    assert!(matches!(missing, SimError::Unreadable { .. }), "{missing}");
+    assert!(matches!(missing, SimError::UnreadableFile { .. }), "{missing}");
+    let words = "no/such/file.json: cannot be read (";
+    assert!(missing.to_string().starts_with(words), "{missing}");
+}
+
+/// Editors of Windows begin a text with a byte order mark.
+#[test]
+fn obstacle_file_may_begin_with_a_byte_order_mark() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("people.json");
+    std::fs::write(&file, format!("\u{feff}{ONE_WALKER}")).unwrap();
+    assert_eq!(
+        MovingObstacles::read(&file, &open_ground(), 0),
+        MovingObstacles::parse(ONE_WALKER, "a.json", &open_ground(), 0)
+    );
+}
+
+/// The second obstacle is wrong: its key is in another line than the first one of that name.
+#[test]
+fn error_of_an_obstacle_names_the_line_of_its_key() {
+    let toml = "[[obstacles]]\nx = 1.0\ny = 2.5\nradius = 0.3\nspeed = 0.5\n\
+                [[obstacles]]\nx = 1.0\ny = 2.5\nradius = -1.0\nspeed = 0.5\n";
+    let json = "[{\"x\": 1, \"y\": 2, \"radius\": 0.3, \"speed\": 1},\n\
+                {\"x\": 1, \"y\": 2,\n\"radius\": 0, \"speed\": 1}]";
+    for (file, text, expected) in [
+        ("a.toml", toml, "a.toml: line 9: obstacle 1: radius is -1"),
+        ("a.json", json, "a.json: line 3: obstacle 1: radius is 0"),
+    ] {
+        let error = MovingObstacles::parse(text, file, &open_ground(), 0).unwrap_err().to_string();
+        assert!(error.starts_with(expected), "{error}");
+    }
 }
 
 #[test]

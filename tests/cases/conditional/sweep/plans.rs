@@ -92,7 +92,7 @@ fn refusals() {
         ("path =", "pth =", "did you mean `path`?"),
         ("velocity", "velocty", "did you mean `velocity`?"),
         ("\"8x16\"", "\"8*16\"", "write forward speeds x turn rates"),
-        ("[0, 1, 2]", "[0, 1, 1]", "named once"),
+        ("[0, 1, 2]", "[0, 1, 1]", "seeds has 1 more than once: name each value once"),
         ("[0, 1, 2]", "[]", "at least one"),
         ("kind = \"barn\"", "kind = \"burn\"", "did you mean `barn`?"),
         ("path = \"barn\"", "path = \"nowhere\"", "nowhere/worlds.csv"),
