@@ -4,6 +4,8 @@
 //! a return near it, for one that is gone. The opposite speaks for the map. People pass and doors move: only what is contradicted
 //! over a minute, and agreed with hardly ever, is a change.
 
+use std::collections::BTreeSet;
+
 use super::DeskewedScan;
 use super::signed_distance_field::SignedDistanceField;
 use crate::geometry::{Point, Pose, Vector};
@@ -16,6 +18,8 @@ const INTERVAL_S: f64 = 0.5;
 const CHANGED_S: f64 = 60.0;
 const MIN_SCANS: u32 = 20;
 const MAX_AGREEING: f64 = 0.2;
+/// A wall goes as a whole: fewer scans suffice for a cell next to one that is gone.
+const MIN_SCANS_BESIDE: u32 = 5;
 /// A beam passes a cell if it ends farther than this and a cell beyond it, metres: pose, range and map err.
 const BEYOND_M: f64 = 0.1;
 /// Least cosine of the angle between a beam and the normal of a mapped surface. Along a wall a small error of the pose leads a beam
@@ -36,11 +40,14 @@ struct Evidence {
 }
 
 impl Evidence {
-    fn is_change(&self) -> bool {
+    /// Whether at least so many scans contradict the map, and hardly any agree with it.
+    fn is_against_map(&self, min_scans: u32) -> bool {
         let all = f64::from(self.against_map + self.for_map);
-        self.last_s - self.first_s >= CHANGED_S
-            && self.against_map >= MIN_SCANS
-            && f64::from(self.for_map) <= MAX_AGREEING * all
+        self.against_map >= min_scans && f64::from(self.for_map) <= MAX_AGREEING * all
+    }
+
+    fn is_change(&self) -> bool {
+        self.last_s - self.first_s >= CHANGED_S && self.is_against_map(MIN_SCANS)
     }
 }
 
@@ -186,12 +193,29 @@ impl ChangeDetector {
         }
     }
 
-    /// The cells that changed, in the order of their indices.
-    pub fn changed(&self) -> Vec<u32> {
+    /// The cells that changed, in the order of their indices, in the map of the detector.
+    pub fn changed(&self, map: &SignedDistanceField) -> Vec<u32> {
         let changed = self.evidence.iter().filter(|evidence| evidence.is_change());
-        let mut cells: Vec<u32> = changed.map(|evidence| evidence.cell).collect();
-        cells.sort_unstable();
-        cells
+        let mut cells: BTreeSet<u32> = changed.map(|evidence| evidence.cell).collect();
+        // Far away the beams leave gaps: of a wall that is gone, single cells would stay for a while.
+        let is_mapped = |cell: &u32| map.is_mapped(*cell as usize);
+        let mut open: Vec<u32> = cells.iter().copied().filter(is_mapped).collect();
+        while let Some(cell) = open.pop() {
+            for beside in neighbours(&map.frame, cell) {
+                let is_against_map =
+                    |evidence: &Evidence| evidence.is_against_map(MIN_SCANS_BESIDE);
+                let is_gone =
+                    is_mapped(&beside) && self.evidence_of(beside).is_some_and(is_against_map);
+                if is_gone && cells.insert(beside) {
+                    open.push(beside);
+                }
+            }
+        }
+        cells.into_iter().collect()
+    }
+
+    fn evidence_of(&self, cell: u32) -> Option<&Evidence> {
+        self.evidence.get((self.slots[cell as usize] as usize).checked_sub(1)?)
     }
 }
 

@@ -224,7 +224,8 @@ impl Localizer {
     /// Panics if the map has fewer cells.
     #[must_use]
     pub fn map_changes(&self, map: &OccupancyGrid) -> MapChanges {
-        MapChanges::of(map, &self.changes.changed())
+        let original = self.original.as_ref().unwrap_or(&self.map);
+        MapChanges::of(map, &self.changes.changed(original))
     }
 
     /// Predicts the pose from odometry: a pose in the odometry frame at a time, seconds. The first call only sets the
