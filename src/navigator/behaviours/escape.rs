@@ -45,9 +45,15 @@ const MIN_MOVING_GAP_M: f64 = 0.1;
 pub(super) const ENOUGH_GAP_M: f64 = 0.25;
 /// Clearance that is worth as much as one metre nearer to where the robot came from, metres.
 pub(super) const RETURN_WEIGHT: f64 = 0.3;
+/// Clearance that is worth as much as going on with the last motion, metres. Else noise would choose between equal ones at each tick.
+const KEEP_WEIGHT: f64 = 0.02;
 /// Tried shares of the escape speed, and turn rates, rad/s.
 const SPEEDS: [f64; 5] = [-1.0, -0.5, 0.0, 0.5, 1.0];
 const TURN_RATES: [f64; 7] = [0.0, 0.2, -0.2, 0.4, -0.4, 0.8, -0.8];
+/// Wide arcs, by curvature, 1/m, as far as this, metres. A robot that stands along a wall leaves it only so: its corners come nearer
+/// before it leads away.
+const WIDE_ARCS: [f64; 4] = [0.1, -0.1, 0.2, -0.2];
+const WIDE_ARC_M: f64 = 1.5;
 
 /// Leaves a place where the robot is held up; each attempt lasts longer until there is progress.
 #[derive(Default)]
@@ -57,6 +63,8 @@ pub(super) struct Escape {
     /// Time since the last progress for which the robot rotated, seconds.
     rotated_s: f64,
     attempts: u32,
+    /// The motion of this attempt at the last tick, if there was one.
+    last: Option<Twist>,
     /// End of the last attempt, and earliest begin of the next one, seconds.
     until_s: Option<f64>,
     next_s: Option<f64>,
@@ -65,15 +73,20 @@ pub(super) struct Escape {
 impl Behaviour for Escape {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
         if self.until_s.is_none_or(|until_s| state.now.time_s >= until_s) {
+            self.last = None;
             return Ok(None);
         }
         let pose = &state.now.pose;
         // Straight back where the robot came from nowhere.
         let behind = self.breadcrumbs.behind(&pose.position());
         let behind = behind.unwrap_or_else(|| pose.transform(&Point::new(-1.0, 0.0)));
-        let reverses = state.robot.limits.min_vel_x < 0.0;
+        let reverses = state.limits_in_sight().min_vel_x < 0.0;
         let forwards = if reverses { None } else { forward_escape::motion(state, &behind) };
-        let wanted = forwards.unwrap_or_else(|| best_motion(state, &behind));
+        // Every second attempt only looks for room: the way back has not helped, or there is none. People need that the robot goes back.
+        let returns = !self.attempts.is_multiple_of(2) || state.waits_for_people();
+        let behind = returns.then_some(behind);
+        let wanted = forwards.unwrap_or_else(|| best_motion(state, behind, self.last));
+        self.last = Some(wanted);
         let command = state.towards(&wanted);
         let decision = Decision::new(command, Mode::Escaping, state.local_target);
         Ok(Some(Proposal::Decide(decision, Override::ByEvasion)))
@@ -173,47 +186,57 @@ pub(super) fn leaves_if_near(state: &State<'_>, present_m: f64, end_m: f64) -> b
     !is_near || end_m >= present_m + LEAVES_BY_M
 }
 
-/// The slow motion with the best end; standing where none is admissible. Standing is no candidate: a robot at the place with the
+/// The slow motion with the best end, with much room or near to a place behind, if there is one; standing where none is admissible. Standing is no candidate: a robot at the place with the
 /// best score would stand there for good, although another motion leads out.
-fn best_motion(state: &State<'_>, behind: &Point) -> Twist {
-    let limits = &state.robot.limits;
+fn best_motion(state: &State<'_>, behind: Option<Point>, last: Option<Twist>) -> Twist {
     let footprint = &state.robot.footprint;
-    let reach_m = footprint.circumscribed_radius_m() + RANGE_M;
+    let reach_m = footprint.circumscribed_radius_m() + RANGE_M.max(WIDE_ARC_M);
     let clearance = ExactClearance::new(state.field, &state.now.pose.position(), reach_m);
     let present_m = clearance.gap_m(footprint, &state.now.pose);
     let least_m = least_gap_m(state, present_m);
     let mut best = ((false, f64::NEG_INFINITY), Twist::STOP);
-    for share in SPEEDS {
-        for rate in TURN_RATES {
-            let linear = share * state.settings.escape_speed;
-            let wanted = limits.clamp(&Twist::new(linear, rate));
-            if wanted == Twist::STOP {
-                continue;
-            }
-            let Some(end) = end_of(state, &wanted, &clearance, least_m) else {
-                continue;
-            };
-            let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
-            if !leaves_if_near(state, present_m, gap_m) {
-                continue;
-            }
-            // A turn on the spot that comes nearer to what is very near already leads nowhere, and the next tick turns back. A robot
-            // that does not see where it came from would prefer it to every motion ahead.
-            let leads_out = wanted.linear != 0.0 || gap_m >= present_m.min(MIN_GAP_M);
-            let score = (leads_out, gap_m - RETURN_WEIGHT * (behind - end.position()).norm());
-            if score > best.0 && state.is_safe_towards(&wanted) && state.is_path_visible(&wanted) {
-                best = (score, wanted);
-            }
+    for (wanted, horizon_s) in motions(state, behind.is_none()) {
+        let Some(end) = end_of(state, (&wanted, horizon_s), &clearance, least_m) else {
+            continue;
+        };
+        let gap_m = clearance.gap_m(footprint, &end).min(ENOUGH_GAP_M);
+        if !leaves_if_near(state, present_m, gap_m) {
+            continue;
+        }
+        // A turn on the spot that comes nearer to what is very near already leads nowhere, and the next tick turns back. A robot
+        // that does not see where it came from would prefer it to every motion ahead.
+        let leads_out = wanted.linear != 0.0 || gap_m >= present_m.min(MIN_GAP_M);
+        let away_m = behind.map_or(0.0, |behind| (behind - end.position()).norm());
+        let kept = if last == Some(wanted) { KEEP_WEIGHT } else { 0.0 };
+        let score = (leads_out, gap_m + kept - RETURN_WEIGHT * away_m);
+        if score > best.0 && state.is_safe_towards(&wanted) && state.is_path_visible(&wanted) {
+            best = (score, wanted);
         }
     }
     best.1
 }
 
-/// The last pose of a motion; `None` where the motion comes nearer to a static obstacle than this gap, metres, or too near to a
+/// The motions that are tried, with or without wide arcs, each with the time for which it is predicted, seconds.
+fn motions(state: &State<'_>, has_wide: bool) -> impl Iterator<Item = (Twist, f64)> {
+    let (limits, speed) = (state.robot.limits, state.settings.escape_speed);
+    let tight = SPEEDS.into_iter().flat_map(move |share| {
+        TURN_RATES.map(|rate| (limits.clamp(&Twist::new(share * speed, rate)), HORIZON_S))
+    });
+    let wide = [-speed, speed].into_iter().filter(move |_| has_wide).flat_map(move |wanted| {
+        let linear = limits.clamp(&Twist::new(wanted, 0.0)).linear;
+        WIDE_ARCS.map(|curvature| {
+            let wanted = limits.clamp(&Twist::new(linear, curvature * linear));
+            (wanted, WIDE_ARC_M / linear.abs())
+        })
+    });
+    tight.chain(wide).filter(|(wanted, _)| *wanted != Twist::STOP)
+}
+
+/// The last pose of a motion that lasts for a time, seconds; `None` where the motion comes nearer to a static obstacle than this gap, metres, or too near to a
 /// moving one.
 fn end_of(
     state: &State<'_>,
-    wanted: &Twist,
+    (wanted, horizon_s): (&Twist, f64),
     clearance: &ExactClearance,
     least_m: f64,
 ) -> Option<Pose> {
@@ -228,7 +251,7 @@ fn end_of(
     };
     let (mut pose, mut twist) = (state.now.pose, state.now.twist);
     let least_moving_m = moving_gap_m(&pose, 0.0).min(MIN_MOVING_GAP_M);
-    for step in 1..=(HORIZON_S / STEP_S) as u32 {
+    for step in 1..=(horizon_s / STEP_S) as u32 {
         (pose, twist) = state.robot.limits.advance(&pose, &twist, wanted, STEP_S);
         let moving_m = moving_gap_m(&pose, f64::from(step) * STEP_S);
         if !clearance.keeps_gap(footprint, &pose, least_m) || moving_m < least_moving_m {
@@ -281,7 +304,7 @@ mod tests {
     #[test]
     fn robot_at_the_place_with_the_best_score_moves_nevertheless() {
         let behind = Point::new(2.0, 0.0);
-        let wanted = before_a_wall(0.05, |state| best_motion(state, &behind));
+        let wanted = before_a_wall(0.05, |state| best_motion(state, Some(behind), None));
         assert_ne!(wanted, Twist::STOP);
     }
 
@@ -291,7 +314,7 @@ mod tests {
         let along = Pose::new(0.214, 0.0, core::f64::consts::FRAC_PI_2);
         let (size_m, limits) = ((0.2, 0.5), Limits { min_vel_x: 0.0, ..Limits::default() });
         let behind = Point::new(0.214, -2.0);
-        let motion = |state: &State<'_>| best_motion(state, &behind);
+        let motion = |state: &State<'_>| best_motion(state, Some(behind), None);
         let wanted = near_a_wall(0.01, &along, size_m, limits, motion);
         assert!(wanted.linear > 0.0, "{wanted:?}");
     }
@@ -369,10 +392,28 @@ mod tests {
             let along = Pose::new(0.25 - gap_m, 0.0, core::f64::consts::FRAC_PI_2);
             let limits = Limits { min_vel_x: -0.3, ..Limits::default() };
             let behind = Point::new(0.2, -2.0);
-            let motion = |state: &State<'_>| best_motion(state, &behind);
+            let motion = |state: &State<'_>| best_motion(state, Some(behind), None);
             near_a_wall(0.05, &along, (0.7, 0.5), limits, motion) != Twist::STOP
         };
         assert!(moves(0.035) && !moves(0.01), "{} {}", moves(0.035), moves(0.01));
+    }
+
+    /// Its body is parallel to the wall. A tight arc leads a corner into it; reversing straight on keeps the gap.
+    #[test]
+    fn robot_along_a_wall_that_only_looks_for_room_leads_away_on_a_wide_arc() {
+        let along = Pose::new(0.2, 0.0, core::f64::consts::FRAC_PI_2);
+        let limits = Limits { min_vel_x: -0.3, ..Limits::default() };
+        let wanted = |behind, last| {
+            let motion = |state: &State<'_>| best_motion(state, behind, last);
+            near_a_wall(0.05, &along, (0.7, 0.5), limits, motion)
+        };
+        let leaves = wanted(None, None);
+        let curvature = leaves.angular / leaves.linear;
+        assert!((0.05..0.25).contains(&curvature.abs()), "{leaves:?}");
+        let mirrored = Twist::new(-leaves.linear, -leaves.angular);
+        assert_eq!(wanted(None, Some(mirrored)), mirrored, "as good, and it has begun");
+        let returns = wanted(Some(Point::new(0.2, -1.0)), Some(mirrored));
+        assert!(returns.linear < 0.0, "{returns:?}");
     }
 
     #[test]
