@@ -427,8 +427,9 @@ impl Navigator {
             Some(host) => host.is_at_goal(&state),
             None => self.behaviours.is_at_goal(&state),
         };
+        self.progress.count_waiting(&state, self.dust.is_heavy());
         if !state.is_at_goal {
-            let is_stuck = self.progress.check(&mut state, self.dust.is_heavy());
+            let is_stuck = self.progress.check(&mut state);
             self.stuck_ticks.restart_if(self.progress.bounded_s == 0.0);
             if is_stuck {
                 return Err(self.why_stuck(self.progress.bounded_s, &state));

@@ -45,9 +45,17 @@ pub(super) struct Progress {
 }
 
 impl Progress {
+    /// Counts the time of a tick for which the robot waits for people, also while it parks. Where the air is full of dust, no time is
+    /// spared for people, whom grains look like.
+    pub fn count_waiting(&mut self, state: &State<'_>, is_in_dust: bool) {
+        if state.waits_for_people() && !is_in_dust {
+            self.waited_s += state.tick.elapsed_s();
+        }
+    }
+
     /// Updates with the state of a tick and sets its times without progress. Returns whether the mission fails: it made no progress for
-    /// longer than it may. Where the air is full of dust, no time is spared for people, whom grains look like.
-    pub fn check(&mut self, state: &mut State<'_>, is_in_dust: bool) -> bool {
+    /// longer than it may.
+    pub fn check(&mut self, state: &mut State<'_>) -> bool {
         let (now_s, left_m) = (state.now.time_s, state.route.left_m());
         self.update(now_s, left_m, state.settings.required_movement_radius);
         if state.mode == Mode::Escaping {
@@ -55,9 +63,6 @@ impl Progress {
         }
         state.since_nearer_s = self.approach.stuck_s(now_s, left_m, APPROACHED_M);
         state.stuck_s = self.stuck_s;
-        if state.waits_for_people() && !is_in_dust {
-            self.waited_s += state.tick.elapsed_s();
-        }
         let counted_s = self.counted_s(state.robot.limits.max_vel_x);
         counted_s > state.settings.movement_time_allowance
     }
@@ -76,7 +81,7 @@ impl Progress {
     /// The time without progress that counts, seconds. A part of the time with people does not, nor does what the robot needs to
     /// drive before it can make progress, by its highest speed, m/s.
     fn counted_s(&self, highest_speed: f64) -> f64 {
-        let spared_s = self.waited_s * (1.0 - 1.0 / WAITING_PATIENCES);
+        let spared_s = spared_s(self.waited_s);
         let detour_s = self.behind_m / (DETOUR_SPEED * highest_speed);
         // A robot that cannot drive ahead drives nothing again.
         self.bounded_s - spared_s - if highest_speed > 0.0 { detour_s } else { 0.0 }
@@ -95,6 +100,11 @@ impl Progress {
             reference.since_s += pause_s;
         }
     }
+}
+
+/// The part of a time that a robot waited for people, seconds, which does not count as time without progress.
+pub(super) fn spared_s(waited_s: f64) -> f64 {
+    waited_s * (1.0 - 1.0 / WAITING_PATIENCES)
 }
 
 /// The length left below which the robot makes progress.

@@ -14,7 +14,8 @@ settings! {
         /// Where the goal has a yaw, the robot must stand within this of it.
         pub yaw_goal_tolerance: f64 = 0.1, ["rad", above 0 to pi];
         /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal. A robot that stands within
-        /// four times this distance when it gets the goal stays there.
+        /// four times this distance when it gets the goal stays there. One that people made leave its goal parks within half of the
+        /// goal's tolerances when it is back.
         pub xy_parking_tolerance: f64 = 0.006, ["m", above 0 to 10000];
         /// Parking tries to stand within this of the goal's yaw.
         pub yaw_parking_tolerance: f64 = 0.003, ["rad", above 0 to pi];

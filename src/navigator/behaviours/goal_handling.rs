@@ -3,6 +3,7 @@
 //! The dynamic window evaluates where a trajectory ends after seconds; to stand at a station the distance itself counts.
 
 use super::super::exact_clearance::ExactClearance;
+use super::super::progress::spared_s;
 use super::super::route::ConditionTimer;
 use super::super::state::State;
 use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
@@ -30,14 +31,23 @@ pub(super) struct GoalHandling {
     blocked: ConditionTimer,
     has_no_room: ConditionTimer,
     cannot_turn: ConditionTimer,
+    /// Time for which the robot parked next to people, seconds.
+    waited_s: f64,
     /// Parking was blocked: the straight line to the goal keeps less than the margin. The robot parks again only within the goal's
     /// tolerance.
     was_blocked: bool,
+    /// People made the robot leave its goal: it parks less precisely when it is back.
+    is_hurried: bool,
 }
 
 impl Behaviour for GoalHandling {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
         if !state.is_at_goal {
+            // It evaded somebody, or the straight line to the goal is no longer clear.
+            if self.parking.has_begun() {
+                let is_hurried = self.is_hurried || state.waits_for_people();
+                self.restart(self.was_blocked, is_hurried);
+            }
             return Ok(None);
         }
         let (now, goal, settings) = (state.now, state.goal, state.settings);
@@ -54,13 +64,17 @@ impl Behaviour for GoalHandling {
         let is_within_xy = off_m <= settings.xy_goal_tolerance;
         let is_within = is_within_xy && off_rad.abs() <= settings.yaw_goal_tolerance;
         let lasted_s = self.parking.lasted_s(now.time_s);
+        if state.waits_for_people() {
+            self.waited_s += state.tick.elapsed_s();
+        }
         if lasted_s > settings.parking_timeout_s {
             if is_within {
                 let stands = self.parking.stands(&motion, settings);
                 let mode = if stands { Mode::Arrived } else { Mode::Parking };
                 return stand(mode, Override::Never);
             }
-            if lasted_s > settings.parking_timeout_s + settings.movement_time_allowance {
+            let counted_s = lasted_s - spared_s(self.waited_s);
+            if counted_s > settings.parking_timeout_s + settings.movement_time_allowance {
                 return Err(Fault::NoProgress {
                     stuck_s: lasted_s,
                     radius_m: settings.xy_parking_tolerance,
@@ -87,7 +101,7 @@ impl Behaviour for GoalHandling {
         let is_clear = has_room && is_clear_of_moving(&command, state);
         let blocked_s = self.blocked.update(now.time_s, !is_clear && !is_within_xy);
         if blocked_s >= BLOCKED_S {
-            *self = Self { was_blocked: true, ..Self::default() };
+            self.restart(true, self.is_hurried);
             return Ok(None);
         }
         let standing = state.stand(Mode::Parking);
@@ -97,6 +111,11 @@ impl Behaviour for GoalHandling {
 }
 
 impl GoalHandling {
+    fn restart(&mut self, was_blocked: bool, is_hurried: bool) {
+        let parking = Parking::new(is_hurried);
+        *self = Self { parking, was_blocked, is_hurried, ..Self::default() };
+    }
+
     /// Whether the robot is near enough to its goal to park, or parks and has not left it since.
     pub fn is_at_goal(&self, state: &State<'_>) -> bool {
         let (goal, pose) = (state.goal, &state.now.pose);
@@ -175,8 +194,9 @@ fn horizon(command: &Twist, pose: &Pose) -> impl Iterator<Item = (Pose, f64)> {
 mod tests {
     use super::*;
     use crate::geometry::Point;
-    use crate::map::{GridFrame, ObstacleGrid};
+    use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
     use crate::navigator::RobotModel;
+    use crate::navigator::state::PredictedState;
     use crate::navigator::test_state::{PERIOD_S, standing_at, with_state};
     use crate::robot::{Footprint, Limits, Polygon};
 
@@ -201,6 +221,38 @@ mod tests {
             });
             proposed.map(|fault| (now.time_s, fault.to_string()))
         })
+    }
+
+    /// When a robot fails that stands 0.3 m from its goal and cannot come nearer, seconds. It is away from it for the first second of
+    /// each period, and a person stands beside it, or not.
+    fn fails_while_it_parks(away_every_s: f64, has_person: bool) -> Option<f64> {
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let robot = RobotModel { footprint, limits: Limits::default() };
+        let frame = GridFrame::new(100, 100, 0.1, Pose::new(-2.0, -5.0, 0.0)).expect("a size");
+        let ground = ObstacleGrid::filled(frame, false);
+        let settings = NavigatorSettings::default();
+        let mut handling = GoalHandling::default();
+        let person = MovingDisc { x: 2.7, y: 1.5, radius: 0.3, vx: 0.0, vy: 0.0 };
+        (0..6000).find_map(|tick| {
+            let time_s = f64::from(tick) * PERIOD_S;
+            let may_come = if has_person { vec![person] } else { Vec::new() };
+            let now = PredictedState { time_s, may_come, ..standing_at(Pose::new(2.7, 0.0, 0.0)) };
+            let still = (Twist::STOP, Twist::STOP);
+            let proposed = with_state(&settings, &robot, &ground, &now, still, |state| {
+                state.is_at_goal = time_s % away_every_s >= 1.0;
+                handling.propose(state).err()
+            });
+            proposed.map(|_| time_s)
+        })
+    }
+
+    #[test]
+    fn robot_that_left_its_goal_parks_anew_and_waits_longer_for_people() {
+        let alone_s = fails_while_it_parks(1e9, false).expect("it fails");
+        assert!((119.0..123.0).contains(&alone_s), "{alone_s} s");
+        assert_eq!(fails_while_it_parks(60.0, false), None);
+        let waited_s = fails_while_it_parks(1e9, true).expect("it fails");
+        assert!((479.0..483.0).contains(&waited_s), "{waited_s} s");
     }
 
     #[test]

@@ -17,6 +17,8 @@ const TOLERANCE_GROWTH_S: f64 = 10.0;
 /// A robot that stands within this many times the tolerances, and within those of the goal, when parking begins may have parked
 /// there before: it stays. If only its yaw differs, it turns first.
 const STAYED_GROWTH: f64 = 4.0;
+/// A robot that people made leave its goal parks within this share of the goal's tolerances: they may come again.
+const HURRIED_SHARE: f64 = 0.5;
 /// Speed for each metre left, 1/s. Slow enough for a base that answers within 0.2 s.
 const SPEED_PER_M: f64 = 1.5;
 /// The robot stops to aim where the goal lies this far off its nose or tail, radians, and drives on below the second angle.
@@ -64,6 +66,8 @@ pub(super) struct Parking {
     has_stayed: bool,
     /// Factor of the least speeds: the base may need more than the settings say.
     raised: f64,
+    /// Share of the goal's tolerances that is enough.
+    goal_share: f64,
 }
 
 /// How the present motion ends.
@@ -89,6 +93,7 @@ impl Default for Parking {
             returns: 0,
             has_stayed: true,
             raised: 1.0,
+            goal_share: 0.0,
         }
     }
 }
@@ -104,6 +109,12 @@ struct Context<'a> {
 }
 
 impl Parking {
+    /// Parks as precisely as the settings want, or, `is_hurried`, within a part of the goal's tolerances.
+    pub fn new(is_hurried: bool) -> Self {
+        let goal_share = if is_hurried { HURRIED_SHARE } else { 0.0 };
+        Self { goal_share, ..Self::default() }
+    }
+
     /// Whether parking has begun.
     pub const fn has_begun(&self) -> bool {
         self.since_s.is_some()
@@ -168,9 +179,18 @@ impl Parking {
             least_rate: self.raised * settings.min_rotational_vel,
             is_at_rest,
         };
+        let goal_share = self.goal_share;
         // A correction is not finer than the motion of one control period.
-        let tolerance = |wanted: f64, least: f64| wanted.max(0.5 * least * period_s) * growth;
-        let tolerance_m = tolerance(settings.xy_parking_tolerance, context.least_speed);
+        let tolerance = |wanted: f64, least: f64, of_goal: f64| {
+            (wanted.max(0.5 * least * period_s) * growth).max(goal_share * of_goal)
+        };
+        let (least_speed, least_rate) = (context.least_speed, context.least_rate);
+        let tolerance_m =
+            tolerance(settings.xy_parking_tolerance, least_speed, settings.xy_goal_tolerance);
+        let stops_within = goal_share > 0.0 && !is_at_rest;
+        if stops_within && !self.is_at_position && away_m <= tolerance_m {
+            return Some(self.stop(None));
+        }
         if is_at_rest {
             if !self.is_at_position {
                 self.is_at_position = away_m <= tolerance_m;
@@ -183,11 +203,15 @@ impl Parking {
             return Some(self.approach(&context, goal));
         }
         let error = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - motion.pose.yaw));
-        let tolerance_rad = tolerance(settings.yaw_parking_tolerance, context.least_rate);
+        let tolerance_rad =
+            tolerance(settings.yaw_parking_tolerance, least_rate, settings.yaw_goal_tolerance);
         let is_at_yaw = error.abs() <= tolerance_rad
             && !(self.has_stayed && error.abs() > settings.yaw_goal_tolerance);
         if is_at_rest && is_at_yaw {
             return None;
+        }
+        if stops_within && is_at_yaw {
+            return Some(self.stop(None));
         }
         Some(self.turn(&context, error))
     }
@@ -310,8 +334,12 @@ mod tests {
 
     /// Parks a base. Returns the pose and the twist where it was parked, and the time, seconds.
     fn park(base: &Base, start: Pose, goal: Goal) -> (Pose, Twist, f64) {
+        park_by(Parking::default(), base, start, goal)
+    }
+
+    fn park_by(mut parking: Parking, base: &Base, start: Pose, goal: Goal) -> (Pose, Twist, f64) {
         let settings = NavigatorSettings::default();
-        let (mut pose, mut twist, mut parking) = (start, Twist::STOP, Parking::default());
+        let (mut pose, mut twist) = (start, Twist::STOP);
         let mut sent = Twist::STOP;
         let mut late = std::collections::VecDeque::from(vec![Twist::STOP; base.late_ticks]);
         let rounded = |speed: f64| if speed.abs() < base.deadband { 0.0 } else { speed };
@@ -367,6 +395,21 @@ mod tests {
             }
         }
         assert!(slowest_s < 20.0, "{slowest_s} s");
+    }
+
+    #[test]
+    fn hurried_robot_parks_sooner_within_a_part_of_the_tolerances_of_its_goal() {
+        let base = Base { limits: Limits::default(), deadband: DEADBAND, late_ticks: 1 };
+        for (yaw, most_off) in [(None, 0.0), (Some(1.5), 0.05), (Some(-2.5), 0.05)] {
+            let goal = Goal { position: Point::new(0.9, 0.1), yaw };
+            let (end, twist, took_s) = park_by(Parking::new(true), &base, Pose::default(), goal);
+            let (.., usual_s) = park(&base, Pose::default(), goal);
+            assert_eq!(twist, Twist::STOP);
+            assert!(took_s < usual_s - 1.0, "{took_s} s instead of {usual_s} s");
+            assert!((end.position() - goal.position).norm() <= 0.125, "{end:?}");
+            let off = yaw.map_or(0.0, |yaw| wrap_angle(yaw - end.yaw));
+            assert!(off.abs() <= most_off, "{off} rad");
+        }
     }
 
     /// The tolerances grow while a robot parks. The same goal again must not make it correct the rest.
