@@ -16,6 +16,7 @@ mod cases {
         mod narrow_passages;
         mod observations;
         mod odometry;
+        mod open_ground;
         mod operator;
         mod robot;
         mod slow_planner;

@@ -51,6 +51,11 @@ impl LocalPlanner {
         self.settings.sim_step_s = step_s;
     }
 
+    /// Sets the horizon of the following decisions, seconds.
+    pub(crate) const fn set_horizon(&mut self, horizon_s: f64) {
+        self.settings.sim_time_s = horizon_s;
+    }
+
     /// Sets the time since the tick before, by which a late decision may brake further. It is one control period at first.
     pub const fn set_tick_time(&mut self, tick: TickTime) {
         self.tick = tick;

@@ -7,7 +7,7 @@ use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal};
 use crate::geometry::{Point, Pose, Twist};
-use crate::local::{DecisionInput, LocalPlanner};
+use crate::local::{DecisionInput, LocalPlanner, LocalSettings};
 use crate::robot::{Footprint, Limits};
 
 /// A robot below this speed creeps, m/s.
@@ -16,6 +16,8 @@ const CREEPING: f64 = 0.05;
 const APPROACH: f64 = 0.6;
 /// Lowest speed limit near the goal, or near the local target in a narrow passage, m/s.
 const MIN_APPROACH_SPEED: f64 = 0.1;
+/// Shortest horizon near the goal, seconds.
+const MIN_HORIZON_S: f64 = 0.5;
 
 /// Chooses a velocity of the dynamic window that leads to the local target.
 pub(super) struct PathFollowing {
@@ -24,12 +26,16 @@ pub(super) struct PathFollowing {
 
 impl Behaviour for PathFollowing {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
-        let mut weights = self.planner.settings().weights;
-        if state.is_narrow {
-            // Every way in has little clearance: with that weight the robot turns away from the entrance, or creeps.
+        let LocalSettings { mut weights, sim_time_s, .. } = *self.planner.settings();
+        let view = View::new(state);
+        let limits = view.limits(state, sim_time_s);
+        let to_goal_s = horizon_to_goal_s(state, limits.max_vel_x);
+        let ends_beyond_goal = to_goal_s < sim_time_s;
+        if state.is_narrow || ends_beyond_goal {
+            // Every way in has little clearance: with that weight the robot turns away from the entrance, or creeps. Near the goal it
+            // would drive past it, for the sake of small differences.
             weights.clearance = 0.0;
         }
-        let view = View::new(state);
         let input = DecisionInput {
             field: state.field,
             pose: view.pose,
@@ -38,12 +44,15 @@ impl Behaviour for PathFollowing {
             obstacles: &state.inflated.moving,
             target: state.local_target,
             key_node: state.local_target,
-            limits: view.limits(state, self.planner.settings().sim_time_s),
+            limits,
             footprint: &view.footprint,
             weights,
         };
         self.planner.set_tick_time(state.tick);
-        let (command, evaluation) = self.planner.decide(&input).map_err(Fault::Choose)?;
+        self.planner.set_horizon(to_goal_s.min(sim_time_s));
+        let decided = self.planner.decide(&input);
+        self.planner.set_horizon(sim_time_s);
+        let (command, evaluation) = decided.map_err(Fault::Choose)?;
         let command = command.map(|command| view.in_robot_frame(command));
         // The speed limit holds for the present turn rate, not for the chosen one.
         let safe = |command: Twist| {
@@ -68,6 +77,17 @@ impl Behaviour for PathFollowing {
         };
         Ok(Some(Proposal::Decide(decision, allowed)))
     }
+}
+
+/// The time in which a robot at this speed, m/s, reaches its goal, seconds, where that is its target and in sight. A longer horizon ends
+/// beyond the goal: from there all directions to it, and the distances, mean little.
+fn horizon_to_goal_s(state: &State<'_>, speed: f64) -> f64 {
+    let goal = &state.goal.position;
+    if state.is_narrow || state.local_target != *goal || !state.is_straight_clear_to(goal) {
+        return f64::INFINITY;
+    }
+    let to_goal_m = (state.now.pose.position() - state.goal.position).norm();
+    (to_goal_m / speed).max(MIN_HORIZON_S)
 }
 
 /// The robot as the local planner sees it. One that drives backwards looks the other way there, and has the same motions.
@@ -149,4 +169,50 @@ impl<'a> View<'a> {
 /// The same motion of a robot that looks the other way.
 fn turned_around(twist: Twist) -> Twist {
     Twist::new(-twist.linear, twist.angular)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::state::PredictedState;
+    use super::super::super::test_state::{standing_at, with_state};
+    use super::super::super::{NavigatorSettings, RobotModel};
+    use super::*;
+    use crate::geometry::bearing;
+    use crate::local::CpuEngine;
+    use crate::map::{Cell, GridFrame, ObstacleGrid};
+
+    /// The command of a robot at 0.9 m/s at this place, whose goal is at (3, 0), beside a wall from y = 0.7 m on.
+    fn command(place: &Pose) -> Twist {
+        let settings = NavigatorSettings::default();
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let robot = RobotModel { footprint, limits: Limits::default() };
+        let frame = GridFrame::new(100, 60, 0.1, Pose::new(-2.0, -3.0, 0.0)).expect("a size");
+        let mut ground = ObstacleGrid::filled(frame, false);
+        (0..100).for_each(|column| ground.set(Cell::new(column, 37), true));
+        let engine = Box::new(CpuEngine::single_threaded());
+        let planner = LocalPlanner::new(engine, LocalSettings::default());
+        let mut following = PathFollowing { planner };
+        let twist = Twist::new(0.9, 0.0);
+        let now = PredictedState { twist, ..standing_at(*place) };
+        let proposal = with_state(&settings, &robot, &ground, &now, (twist, twist), |state| {
+            let target = state.goal.position;
+            state.local_target = target;
+            state.heading_error = bearing(&place.position(), &target) - place.yaw;
+            following.propose(state).expect("no fault")
+        });
+        assert_eq!(following.planner.settings(), &LocalSettings::default());
+        match proposal {
+            Some(Proposal::Decide(decision, _)) => decision.command,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Away from the wall there is more clearance, and the samples of the whole horizon end beyond the goal.
+    #[test]
+    fn robot_beside_its_goal_turns_towards_it() {
+        for x in [1.3, 1.8, 2.2] {
+            let turns = command(&Pose::new(x, -0.7, 0.0));
+            assert!(turns.angular >= 0.15 && turns.linear >= 0.75, "{x} m: {turns:?}");
+        }
+    }
 }
