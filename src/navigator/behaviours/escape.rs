@@ -80,10 +80,13 @@ impl Behaviour for Escape {
         // Straight back where the robot came from nowhere.
         let behind = self.breadcrumbs.behind(&pose.position());
         let behind = behind.unwrap_or_else(|| pose.transform(&Point::new(-1.0, 0.0)));
-        let reverses = state.limits_in_sight().min_vel_x < 0.0;
+        // Next to people, one that sees nothing behind it cannot wait until it does: it turns to where there is room.
+        let has_people = state.waits_for_people();
+        let limits = if has_people { state.limits_in_sight() } else { state.robot.limits };
+        let reverses = limits.min_vel_x < 0.0;
         let forwards = if reverses { None } else { forward_escape::motion(state, &behind) };
         // Every second attempt only looks for room: the way back has not helped, or there is none. People need that the robot goes back.
-        let returns = !self.attempts.is_multiple_of(2) || state.waits_for_people();
+        let returns = !self.attempts.is_multiple_of(2) || has_people;
         let behind = returns.then_some(behind);
         let wanted = forwards.unwrap_or_else(|| best_motion(state, behind, self.last));
         self.last = Some(wanted);

@@ -22,7 +22,7 @@ pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 2] = [
 
 /// Digest of the short drive below. It changes only with a change to planning, navigation or simulation that is meant to
 /// change decisions.
-const GOLDEN: &str = "aadfce2a28742655e7f466b485fac0296b96918f8b8ac8f2b30179ef96dad120";
+const GOLDEN: &str = "113ba0bdd1f43c766de2be7a2554a2a80944014ded72d17741615339b11fc873";
 
 /// A short drive with a rotation, an unmapped wall, a crossing pedestrian, and a goal with a yaw.
 fn short_drive() -> Simulation {
