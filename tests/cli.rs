@@ -36,6 +36,7 @@ mod cases {
         mod tools;
         mod tune;
         mod unusable_input;
+        mod unusable_plans;
         mod verbosity;
     }
 }

@@ -315,11 +315,10 @@ fn distinct<T: Display>(name: &'static str, values: &[T]) -> Result<(), Experime
     let mut seen = BTreeSet::new();
     for value in values {
         let value = value.to_string();
-        if seen.contains(&value) {
+        if !seen.insert(value.clone()) {
             let value = value.escape_debug().to_string();
             return Err(ExperimentError::Repeated { key: name.to_owned(), value });
         }
-        seen.insert(value);
     }
     Ok(())
 }

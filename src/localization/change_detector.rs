@@ -40,7 +40,7 @@ struct Evidence {
 }
 
 impl Evidence {
-    /// Whether at least so many scans contradict the map, and hardly any agree with it.
+    /// Whether at least this many scans contradict the map, and hardly any agree with it.
     fn is_against_map(&self, min_scans: u32) -> bool {
         let all = f64::from(self.against_map + self.for_map);
         self.against_map >= min_scans && f64::from(self.for_map) <= MAX_AGREEING * all

@@ -189,11 +189,11 @@ pub(super) fn leaves_if_near(state: &State<'_>, present_m: f64, end_m: f64) -> b
     !is_near || end_m >= present_m + LEAVES_BY_M
 }
 
-/// The slow motion with the best end, with much room or near to a place behind, if there is one; standing where none is admissible. Standing is no candidate: a robot at the place with the
-/// best score would stand there for good, although another motion leads out.
+/// The slow motion with the best end, with much room or near to a place behind, if there is one; standing where none is admissible.
+/// Standing is no candidate: a robot at the place with the best score would stand there for good, although another motion leads out.
 fn best_motion(state: &State<'_>, behind: Option<Point>, last: Option<Twist>) -> Twist {
     let footprint = &state.robot.footprint;
-    let reach_m = footprint.circumscribed_radius_m() + RANGE_M.max(WIDE_ARC_M);
+    let reach_m = footprint.circumscribed_radius_m() + WIDE_ARC_M;
     let clearance = ExactClearance::new(state.field, &state.now.pose.position(), reach_m);
     let present_m = clearance.gap_m(footprint, &state.now.pose);
     let least_m = least_gap_m(state, present_m);
@@ -235,8 +235,8 @@ fn motions(state: &State<'_>, has_wide: bool) -> impl Iterator<Item = (Twist, f6
     tight.chain(wide).filter(|(wanted, _)| *wanted != Twist::STOP)
 }
 
-/// The last pose of a motion that lasts for a time, seconds; `None` where the motion comes nearer to a static obstacle than this gap, metres, or too near to a
-/// moving one.
+/// The last pose of a motion that lasts for a time, seconds; `None` where the motion comes nearer to a static obstacle than this gap,
+/// metres, or too near to a moving one.
 fn end_of(
     state: &State<'_>,
     (wanted, horizon_s): (&Twist, f64),

@@ -36,16 +36,14 @@ pub(super) struct GoalHandling {
     /// Parking was blocked: the straight line to the goal keeps less than the margin. The robot parks again only within the goal's
     /// tolerance.
     was_blocked: bool,
-    /// People made the robot leave its goal: it parks less precisely when it is back.
-    is_hurried: bool,
 }
 
 impl Behaviour for GoalHandling {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
         if !state.is_at_goal {
-            // It evaded somebody, or the straight line to the goal is no longer clear.
+            // It evaded people, or the straight line to the goal is no longer clear.
             if self.parking.has_begun() {
-                let is_hurried = self.is_hurried || state.waits_for_people();
+                let is_hurried = self.parking.is_hurried() || state.waits_for_people();
                 self.restart(self.was_blocked, is_hurried);
             }
             return Ok(None);
@@ -101,7 +99,7 @@ impl Behaviour for GoalHandling {
         let is_clear = has_room && is_clear_of_moving(&command, state);
         let blocked_s = self.blocked.update(now.time_s, !is_clear && !is_within_xy);
         if blocked_s >= BLOCKED_S {
-            self.restart(true, self.is_hurried);
+            self.restart(true, self.parking.is_hurried());
             return Ok(None);
         }
         let standing = state.stand(Mode::Parking);
@@ -111,9 +109,9 @@ impl Behaviour for GoalHandling {
 }
 
 impl GoalHandling {
+    /// Parks anew. A robot that people made leave its goal is hurried.
     fn restart(&mut self, was_blocked: bool, is_hurried: bool) {
-        let parking = Parking::new(is_hurried);
-        *self = Self { parking, was_blocked, is_hurried, ..Self::default() };
+        *self = Self { parking: Parking::new(is_hurried), was_blocked, ..Self::default() };
     }
 
     /// Whether the robot is near enough to its goal to park, or parks and has not left it since.

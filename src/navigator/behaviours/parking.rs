@@ -115,6 +115,11 @@ impl Parking {
         Self { goal_share, ..Self::default() }
     }
 
+    /// Whether a part of the goal's tolerances is enough.
+    pub fn is_hurried(&self) -> bool {
+        self.goal_share > 0.0
+    }
+
     /// Whether parking has begun.
     pub const fn has_begun(&self) -> bool {
         self.since_s.is_some()
@@ -187,7 +192,7 @@ impl Parking {
         let (least_speed, least_rate) = (context.least_speed, context.least_rate);
         let tolerance_m =
             tolerance(settings.xy_parking_tolerance, least_speed, settings.xy_goal_tolerance);
-        let stops_within = goal_share > 0.0 && !is_at_rest;
+        let stops_within = self.is_hurried() && !is_at_rest;
         if stops_within && !self.is_at_position && away_m <= tolerance_m {
             return Some(self.stop(None));
         }

@@ -86,8 +86,7 @@ fn horizon_to_goal_s(state: &State<'_>, speed: f64) -> f64 {
     if state.is_narrow || state.local_target != *goal || !state.is_straight_clear_to(goal) {
         return f64::INFINITY;
     }
-    let to_goal_m = (state.now.pose.position() - state.goal.position).norm();
-    (to_goal_m / speed).max(MIN_HORIZON_S)
+    ((state.now.pose.position() - goal).norm() / speed).max(MIN_HORIZON_S)
 }
 
 /// The robot as the local planner sees it. One that drives backwards looks the other way there, and has the same motions.

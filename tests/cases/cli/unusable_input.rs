@@ -227,46 +227,6 @@ fn unusable_png_file_is_rejected() {
     assert_table(&place, "plan --map mine.yaml --start 10,5 --goal 80,40", table);
 }
 
-/// Plans of experiments: the error has file, line, key, what is wrong, and how to correct it.
-#[test]
-fn unusable_plans_are_rejected() {
-    let place = place();
-    let world = "[[worlds]]\nkind = \"map\"\npath = \"mine.yaml\"\n";
-    let route = "routes = [{ start = [10, 5, 0], goal = [80, 40] }]\n";
-    for (text, expected) in [
-        (
-            format!("seeds = [0, 0]\n{world}{route}"),
-            "line 1, `seeds = [0, 0]`: seeds has 0 more than once: name each value once",
-        ),
-        (
-            format!("engines = [\"cpu\", \"cpu\"]\n{world}{route}"),
-            "line 1, `engines = [\"cpu\", \"cpu\"]`: engines has cpu more than once: name each value once",
-        ),
-        (
-            world.to_owned(),
-            "line 1, `[[worlds]]`: worlds.0.routes is missing or empty: it must be a list of at least one route",
-        ),
-        (
-            format!("[[worlds]]\nkind = \"scenes\"\n{route}"),
-            "line 3, `routes = [{ start = [10, 5, 0], goal = [80, 40] }]`: worlds.0.routes is given: it must be left out: only worlds of kind = \"map\" have routes",
-        ),
-        (
-            format!("{world}{route}only = [1]\n"),
-            "line 5, `only = [1]`: worlds.0.only is given: it must be left out",
-        ),
-        (
-            format!("{world}{route}resolution_m = 0.1\n"),
-            "line 5, `resolution_m = 0.1`: worlds.0.resolution_m is 0.1: it must be left out: a .yaml map states its own",
-        ),
-    ] {
-        place.write("plan.toml", &text);
-        for command in ["bench compare plan.toml", "sweep plan.toml --list"] {
-            let refusal = place.refusal(command);
-            assert!(refusal.contains(&format!("plan.toml: {expected}")), "{text}: {refusal}");
-        }
-    }
-}
-
 #[test]
 fn unusable_configurations_are_rejected() {
     let place = place();
