@@ -5,7 +5,10 @@ use super::{
     QuantizedProblem, Sampling, TrajectoryFan,
 };
 use crate::geometry::Twist;
-use crate::robot::TickTime;
+use crate::robot::{Limits, TickTime};
+
+/// The cap of the clearance is not raised further than this, metres.
+const MAX_RAISED_CLEARANCE_M: f64 = 3.0;
 
 /// Chooses a velocity from the dynamic window at every control tick.
 pub struct LocalPlanner {
@@ -44,6 +47,13 @@ impl LocalPlanner {
     pub const fn set_sampling(&mut self, sampling: Sampling) {
         self.settings.vx_samples = sampling.vx_samples;
         self.settings.vtheta_samples = sampling.vtheta_samples;
+    }
+
+    /// Raises the cap of the clearance of the following decisions, up to 3 m, to the distance in which a robot with these limits stops from
+    /// its highest speed or turn rate: otherwise eq. 30 would limit its speed.
+    pub(crate) fn permit_speeds_of(&mut self, limits: &Limits) {
+        let needed_m = self.settings.clearance_to_stop_m(limits).min(MAX_RAISED_CLEARANCE_M);
+        self.settings.max_clearance_m = self.settings.max_clearance_m.max(needed_m);
     }
 
     /// Sets the time between two checked poses of the following decisions, seconds.
@@ -99,5 +109,33 @@ impl LocalPlanner {
             self.last.as_ref().map(|(problem, _)| problem.command(winner.index))
         });
         Ok((command, evaluation))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::local::{CpuEngine, Stopping};
+
+    #[test]
+    fn cap_of_the_clearance_permits_the_highest_speeds_up_to_a_limit() {
+        let cap_m = |stopping: Stopping, limits: Limits| {
+            let settings = LocalSettings { stopping, ..LocalSettings::default() };
+            let mut planner = LocalPlanner::new(Box::new(CpuEngine::single_threaded()), settings);
+            planner.permit_speeds_of(&limits);
+            planner.settings.max_clearance_m
+        };
+        let default = Limits::default();
+        for (limits, expected_m) in [
+            (default, 1.5),
+            (Limits { max_vel_x: 2.0, ..default }, 2.0),
+            (Limits { min_vel_x: -2.2, ..default }, 2.42),
+            (Limits { max_vel_theta: 3.0, ..default }, 2.25),
+            (Limits { max_vel_x: 10.0, ..default }, 3.0),
+        ] {
+            let raised_m = cap_m(Stopping::Clearance, limits);
+            assert!((raised_m - expected_m).abs() < 1e-9, "{raised_m} m, not {expected_m}");
+            assert!((cap_m(Stopping::Arc, limits) - 1.5).abs() < 1e-9);
+        }
     }
 }

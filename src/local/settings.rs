@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::problem::check_counts;
 use super::{Normalization, Outside, Sampler, Stopping, Weights};
+use crate::robot::Limits;
 use crate::settings::{require, settings};
 
 settings! {
@@ -28,9 +29,10 @@ settings! {
         pub sim_time_s: f64 = 2.5, ["s", above 0 to 1000];
         /// Time between two checked poses, at most `sim_time_s`.
         pub sim_step_s: f64 = 0.1, ["s", above 0 to 1000];
-        /// Cap of the clearance: more clearance does not improve the score. Together with the radii of the robot's discs and of moving
-        /// obstacles at most 5.6 to 11.3 m, by the resolution of the map: 9 m for cells of 5 cm.
-        pub max_clearance_m: f64 = 3.0, ["m", above 0 to 11];
+        /// Cap of the clearance: more clearance does not improve the score. A drive uses a larger one, up to 3 m, where the robot needs
+        /// more to stop: with `stopping = "clearance"` a smaller one would limit its speed. Together with the radii of the robot's
+        /// discs and of moving obstacles at most 5.6 to 11.3 m, by the resolution of the map: 9 m for cells of 5 cm.
+        pub max_clearance_m: f64 = 1.5, ["m", above 0 to 11];
         /// State of cells outside the local field: `obstacle` or `free`.
         pub outside: Outside = Outside::default();
         /// Weights of the terms.
@@ -59,6 +61,17 @@ pub struct Sampling {
 }
 
 impl LocalSettings {
+    /// The clearance, metres, that a robot with these limits needs at its highest speed or turn rate (eq. 30).
+    pub(super) fn clearance_to_stop_m(&self, limits: &Limits) -> f64 {
+        if self.stopping == Stopping::Arc {
+            return 0.0;
+        }
+        let to_stop = |velocity: f64, braking: f64| velocity * velocity / (2.0 * braking.abs());
+        to_stop(limits.max_vel_x, limits.decel_lim_x)
+            .max(to_stop(limits.min_vel_x, limits.decel_lim_x))
+            .max(to_stop(limits.max_vel_theta, limits.decel_lim_theta))
+    }
+
     /// The sampling density of these settings.
     #[must_use]
     pub const fn sampling(&self) -> Sampling {

@@ -93,13 +93,14 @@ impl Navigator {
         map: impl Into<NavigationMap>,
         waypoints: &Waypoints,
         robot: RobotModel,
-        planner: LocalPlanner,
+        mut planner: LocalPlanner,
         mut global_planner: Box<dyn GlobalPlanner>,
         settings: NavigatorSettings,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<Self, Fault> {
         robot.limits.validate().map_err(|error| error.in_table("limits").in_table("robot"))?;
         planner.settings().validate().map_err(|error| error.in_table("local"))?;
+        planner.permit_speeds_of(&robot.limits);
         settings.validate().map_err(|error| error.in_table("navigator"))?;
         let map = map.into();
         let closed = map.closed();

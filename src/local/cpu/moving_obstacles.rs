@@ -60,8 +60,11 @@ impl MovingObstacles {
     ) {
         self.candidates.clear();
         self.candidates.reserve(MAX_CANDIDATES);
-        let words = inputs.steps * problem.discs.len() * problem.obstacles.len();
-        self.squared.resize(words, 0);
+        let words = |obstacles: usize| inputs.steps * problem.discs.len() * obstacles;
+        // For all moving obstacles: the number of near ones changes from one decision to the next.
+        let most = words(problem.obstacles.capacity());
+        self.squared.reserve(most.saturating_sub(self.squared.len()));
+        self.squared.resize(words(problem.obstacles.len()), 0);
         let mut bound = 0;
         for clearances in clearances.chunks_exact(inputs.stride) {
             for &clearance in &clearances[chunk.first..chunk.end] {

@@ -110,6 +110,8 @@ impl SoaInputs {
         self.coarse_twice.clear();
         self.coarse_twice.extend(self.coarse.iter().map(twice));
         self.tracks.clear();
+        // For all moving obstacles: the number of near ones changes from one decision to the next.
+        self.tracks.reserve(2 * self.steps * problem.obstacles.capacity());
         for body in &problem.obstacles {
             let track = |start: i32, at: i32, step: i32| {
                 let last = header.steps as i32;
