@@ -12,6 +12,10 @@ const SURFACE_MARGIN_CELLS: f64 = 0.2;
 const MIN_STEP_CELLS: f64 = 0.3;
 const STEP_FRACTION: f64 = 0.9;
 
+/// Largest share of the beams that does not count, since they end on narrow objects that the map does not show. If more of them hide
+/// the map, too few are left that could contradict the pose.
+const MAX_ALONE: f64 = 1.0 / 3.0;
+
 /// Number of directions checked for mapped surfaces when the lidar has few returns.
 const CHECKED_DIRECTIONS: u32 = 64;
 
@@ -25,6 +29,8 @@ pub struct Agreement {
     pub matching: u32,
     /// Beams that pass through a mapped obstacle or end deep inside one, which contradicts the pose.
     pub through_walls: u32,
+    /// Beams that end in free space on an object as narrow as a person that stands alone.
+    pub alone: u32,
 }
 
 impl Agreement {
@@ -34,9 +40,18 @@ impl Agreement {
         self.beams - self.matching - self.through_walls
     }
 
-    /// Fraction of matching beams, 0 to 1; zero without beams.
+    /// Fraction of matching beams, 0 to 1; zero without beams. Those that end on people and posts, which the map does not show, do not
+    /// count, up to a third of all.
     #[must_use]
     pub fn matching_fraction(&self) -> f64 {
+        let beams = f64::from(self.beams);
+        let counted = beams - f64::from(self.alone).min(MAX_ALONE * beams);
+        f64::from(self.matching) / counted.max(1.0)
+    }
+
+    /// Fraction of all beams that match, 0 to 1; zero without beams. A part of a wall that another one hides looks like a person: places of
+    /// the map are compared by all beams.
+    pub(super) fn matching_of_all(&self) -> f64 {
         f64::from(self.matching) / f64::from(self.beams.max(1))
     }
 
@@ -74,6 +89,8 @@ impl Agreement {
                 counts.through_walls += 1;
             } else if distance_m <= tolerance_m {
                 counts.matching += 1;
+            } else {
+                counts.alone += u32::from(hit.is_alone);
             }
         }
         for ray in &scan.open {

@@ -3,6 +3,7 @@
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
+use super::narrow_objects::BeamOrder;
 use crate::geometry::{Point, Pose, Vector, wrap_angle};
 use crate::map::{Scan, TimedScan};
 
@@ -116,6 +117,8 @@ pub struct DeskewedScan {
     pub range_max: f64,
     /// For each beam its direction in the robot's frame at its own time, and the heading of that frame in this one, radians.
     pub(crate) directions: Vec<(f64, f64)>,
+    /// The beams of `hits` and `open` in the order of the scan.
+    pub(crate) order: BeamOrder,
 }
 
 /// A beam with a return.
@@ -125,6 +128,15 @@ pub struct Hit {
     pub from: Point,
     /// End of the beam.
     pub end: Point,
+    /// Whether it is on an object as narrow as a person that stands alone.
+    pub is_alone: bool,
+}
+
+impl Hit {
+    /// Length of the beam, metres.
+    pub(super) fn range_m(&self) -> f64 {
+        (self.end - self.from).norm()
+    }
 }
 
 /// A beam without a return.
@@ -148,6 +160,7 @@ impl DeskewedScan {
         self.open.reserve(scan.beams.len());
         (self.unmeasured, self.range_max, self.origin) = (0, scan.range_max, scan.origin);
         self.directions.clear();
+        self.order.clear();
         let newest = history.newest();
         let here = newest.map_or_else(Pose::default, |(_, pose)| pose);
         self.time_s = newest.map_or_else(|| scan.end_s().unwrap_or_default(), |(time_s, _)| time_s);
@@ -175,11 +188,14 @@ impl DeskewedScan {
             let direction = Vector::new(cos, sin);
             if is_hit {
                 let end = from + direction * beam.range;
-                self.hits.push(Hit { from, end });
+                self.order.push(Some(self.hits.len()));
+                self.hits.push(Hit { from, end, is_alone: false });
             } else {
+                self.order.push(None);
                 self.open.push(Ray { from, direction });
             }
         }
+        self.mark_narrow_objects();
     }
 
     /// The first direction of the lidar's field of view at the time of the scan, and its angle counter-clockwise from there, radians.

@@ -108,6 +108,8 @@ pub struct Localizer {
     /// While relocalising: the number of consecutive revolutions that match the candidate pose.
     confirmations: Option<u32>,
     searches: Searches,
+    /// Why the robot was lost at first. The status names what the searches found since.
+    lost_by: Option<LostReason>,
     changes: ChangeDetector,
     anchor: Option<Anchor>,
     motion_check: MotionCheck,
@@ -150,6 +152,7 @@ impl Localizer {
             rejections: 0,
             confirmations: None,
             searches: Searches::default(),
+            lost_by: None,
             anchor: None,
             motion_check: MotionCheck::default(),
             found: None,
@@ -475,6 +478,7 @@ impl Localizer {
             }
             _ => {}
         }
+        self.lost_by = Some(reason);
         self.estimate.status = LocalizationStatus::Lost(reason);
     }
 

@@ -292,14 +292,14 @@ impl GlobalSearch {
         let candidates: Vec<(Agreement, Pose)> = self.best.iter().map(refine).collect();
         // Ties go to the first, so that the result is deterministic.
         let best = candidates.iter().reduce(|best, other| {
-            if other.0.matching_fraction() > best.0.matching_fraction() { other } else { best }
+            if other.0.matching_of_all() > best.0.matching_of_all() { other } else { best }
         });
         let Some((agreement, pose)) = best else {
             return Found::Nothing;
         };
         let is_cut = self.best.len() == REFINED
             && self.best[REFINED - 1].0 + self.of_full(SAME_SCORE) > self.best[0].0;
-        let is_good = agreement.matching_fraction() >= settings.relocalized_agreement
+        let is_good = agreement.matching_of_all() >= settings.relocalized_agreement
             && agreement.through_walls_fraction() <= settings.max_through_walls / 2.0;
         if !is_good {
             return Found::Nothing;
@@ -307,9 +307,9 @@ impl GlobalSearch {
         let second = candidates
             .iter()
             .filter(|(_, other)| is_apart(other, pose, DISTINCT_M, DISTINCT_RAD))
-            .map(|(agreement, _)| agreement.matching_fraction())
+            .map(|(agreement, _)| agreement.matching_of_all())
             .fold(0.0, f64::max);
-        if !is_cut && agreement.matching_fraction() >= second + settings.relocalization_margin {
+        if !is_cut && agreement.matching_of_all() >= second + settings.relocalization_margin {
             Found::Unique(*pose)
         } else {
             Found::Ambiguous(Some(*pose))
@@ -377,7 +377,7 @@ mod tests {
 
         /// A finished search, in steps of this number of nodes.
         fn search(&self, nodes: usize) -> GlobalSearch {
-            let hit = |end: &Point| Hit { from: Point::default(), end: *end };
+            let hit = |end: &Point| Hit { from: Point::default(), end: *end, is_alone: false };
             let hits = self.ends.iter().map(hit).collect();
             let scan = DeskewedScan { hits, range_max: 6.0, ..DeskewedScan::default() };
             let mut search = GlobalSearch::new(&scan, &Pose::default(), &self.scores);

@@ -124,8 +124,8 @@ mod tests {
 
     #[test]
     fn beams_show_free_occupied_and_unknown_cells() {
-        let hit = Hit { from: Point::default(), end: Point::new(1.025, 0.02) };
-        let far = Hit { from: Point::default(), end: Point::new(-40.0, 0.0) };
+        let hit = Hit { from: Point::default(), end: Point::new(1.025, 0.02), is_alone: false };
+        let far = Hit { from: Point::default(), end: Point::new(-40.0, 0.0), is_alone: false };
         let scan =
             DeskewedScan { hits: vec![hit, far], range_max: 50.0, ..DeskewedScan::default() };
         let map = render([(Pose::new(0.0, 0.0, 0.0), &scan)].into_iter()).expect("a small map");

@@ -219,6 +219,7 @@ mod tests {
         let hit = |step: i32| Hit {
             from: Point::default(),
             end: Point::new(2.0, 0.05 * f64::from(step)),
+            is_alone: false,
         };
         DeskewedScan { hits: (-20..=20).map(hit).collect(), range_max: 10.0, ..Default::default() }
     }
@@ -272,8 +273,11 @@ mod tests {
 
     #[test]
     fn single_beams_are_no_surface() {
-        let hits = (0..9)
-            .map(|step| Hit { from: Point::default(), end: Point::new(2.0, f64::from(step)) });
+        let hits = (0..9).map(|step| Hit {
+            from: Point::default(),
+            end: Point::new(2.0, f64::from(step)),
+            is_alone: false,
+        });
         let scan = DeskewedScan { hits: hits.collect(), range_max: 10.0, ..Default::default() };
         assert!(surfels(&scan).is_empty());
     }

@@ -19,6 +19,7 @@ impl Localizer {
         self.history = before.history.clone();
         self.scan = before.scan.clone();
         self.rejections = before.rejections;
+        self.lost_by = before.lost_by;
         self.has_sparse_scans = before.has_sparse_scans;
         self.stamp_noise = before.stamp_noise;
         self.searches.hint = before.searches.hint.map(|hint| hint.on(&self.map, &before.map));

@@ -104,11 +104,9 @@ impl Localizer {
             return;
         }
         // Where the scans do not constrain the pose, a match at the predicted one is no evidence.
-        let reason = self.estimate.status.lost_reason();
-        let is_unconstrained = matches!(
-            reason,
-            Some(LostReason::HighUncertainty | LostReason::Ambiguous | LostReason::NoPose)
-        );
+        let reason = self.lost_by;
+        let is_unconstrained =
+            matches!(reason, Some(LostReason::HighUncertainty | LostReason::NoPose));
         if !is_unconstrained && self.is_at_predicted_pose() {
             self.searches.of_lost = None;
             self.confirmations = Some(0);

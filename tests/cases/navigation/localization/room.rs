@@ -60,10 +60,14 @@ impl Stage {
 
     /// Updates with several revolutions at one pose.
     fn stand_still(&mut self, truth: &Pose, times: u32) -> PoseEstimate {
+        self.stand_still_with(&lidar(), truth, times)
+    }
+
+    fn stand_still_with(&mut self, lidar: &Lidar, truth: &Pose, times: u32) -> PoseEstimate {
         for tick in 0..times {
             let time_s = 0.1 * f64::from(tick);
             self.localizer.predict(time_s, &Pose::default());
-            self.update(&lidar(), truth, time_s);
+            self.update(lidar, truth, time_s);
         }
         *self.localizer.estimate()
     }
@@ -112,6 +116,24 @@ fn unmapped_people_do_not_bias_the_pose() {
     assert!(errors(&estimate, &truth).0 < 0.012, "{estimate:?}");
     assert_eq!(estimate.status, LocalizationStatus::Tracking);
     assert!(estimate.agreement.unmapped() > 60, "{estimate:?}");
+}
+
+/// Two people hide more than half of what a lidar with a field of view of 180 degrees sees. One of them is at its edge.
+#[test]
+fn people_who_hide_most_of_the_map_do_not_lose_a_robot() {
+    let truth = Pose::new(4.1, 4.3, 0.4);
+    let lidar = lidar().field_of_view_rad(core::f64::consts::PI);
+    let at = |x: f64, y: f64| truth.transform(&Point::new(x, y));
+    let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
+    stage.stand_still_with(&lidar, &truth, 10);
+    let person =
+        |place: Point| MovingDisc { x: place.x, y: place.y, radius: 0.3, vx: 0.0, vy: 0.0 };
+    stage.world.moving = vec![person(at(0.5, 0.15)), person(at(0.25, -0.8))];
+    let estimate = stage.stand_still_with(&lidar, &truth, 40);
+    assert!(estimate.agreement.matching < estimate.agreement.beams / 2, "{estimate:?}");
+    assert!(estimate.agreement.alone > 60, "{estimate:?}");
+    assert!(estimate.status.lost_reason().is_none(), "{estimate:?}");
+    assert!(errors(&estimate, &truth).0 < 0.012, "{estimate:?}");
 }
 
 /// Drives along the middle of a smooth roadway; odometry reads 5 % too much.
