@@ -10,6 +10,7 @@ mod cases {
         mod corridor;
         mod deadlines;
         mod footprint;
+        mod half_circle_lidar;
         mod identification;
         mod localization;
         mod moving_obstacles;

@@ -22,6 +22,10 @@ const WAITING_PATIENCES: f64 = 4.0;
 const MAX_RETREAT_M: f64 = 5.0;
 /// A robot that comes nearer to its goal by this on the path, metres, approaches it.
 const APPROACHED_M: f64 = 0.05;
+/// A robot that made progress along its present path within this time goes on, seconds, for up to this many times its allowance: plans
+/// that led to and fro may have cost the time before.
+const ADVANCED_S: f64 = 10.0;
+const MOST_ALLOWANCES: f64 = 2.0;
 /// Share of its highest speed at which the robot drives what it has to drive again before it can make progress.
 const DETOUR_SPEED: f64 = 0.5;
 
@@ -63,8 +67,13 @@ impl Progress {
         }
         state.since_nearer_s = self.approach.stuck_s(now_s, left_m, APPROACHED_M);
         state.stuck_s = self.stuck_s;
-        let counted_s = self.counted_s(state.robot.limits.max_vel_x);
-        counted_s > state.settings.movement_time_allowance
+        self.has_failed(state.robot.limits.max_vel_x, state.settings.movement_time_allowance)
+    }
+
+    /// Whether the robot had the time that it may have without progress, seconds, by its highest speed, m/s.
+    fn has_failed(&self, highest_speed: f64, allowance_s: f64) -> bool {
+        let allowances = if self.stuck_s <= ADVANCED_S { MOST_ALLOWANCES } else { 1.0 };
+        self.counted_s(highest_speed) > allowances * allowance_s
     }
 
     /// Updates with the length of path left, metres, and the shortest advance that counts.
@@ -237,6 +246,17 @@ mod tests {
             progress.rebase_bounded(before_m, left_m(second + 1));
         }
         assert!(longest_s < 30.0, "{longest_s} s");
+    }
+
+    /// Plans led it to and fro, and now it drives along one of them.
+    #[test]
+    fn robot_that_advances_again_has_twice_the_time() {
+        for (stuck_s, bounded_s, has_failed) in
+            [(0.0, 91.0, false), (9.0, 179.0, false), (11.0, 91.0, true), (0.0, 181.0, true)]
+        {
+            let progress = Progress { stuck_s, bounded_s, ..Progress::default() };
+            assert_eq!(progress.has_failed(1.0, 90.0), has_failed, "{stuck_s} {bounded_s}");
+        }
     }
 
     #[test]

@@ -61,6 +61,8 @@ pub(super) struct Replanner {
     planner: AsyncPlanner<Reason>,
     next_s: f64,
     next_shortcut_s: f64,
+    /// Why the last plan was requested.
+    last: Option<Reason>,
     least_radius_m: f64,
     /// The plans to later goals are of the map before.
     is_map_replaced: bool,
@@ -92,6 +94,7 @@ impl Replanner {
             planner: AsyncPlanner::new(known, planner)?,
             next_s: f64::NEG_INFINITY,
             next_shortcut_s: f64::NEG_INFINITY,
+            last: None,
             is_map_replaced: false,
             is_map_given: false,
             due_on_map: None,
@@ -200,6 +203,12 @@ impl Replanner {
     /// Requests a plan where there is a reason for one, at most once per replanning period.
     pub fn request(&mut self, state: &State<'_>, obstacles: &ObstacleModel) {
         let (now, settings) = (state.now, state.settings);
+        let turns_to_path = self.last == Some(Reason::HeldUp) && state.mode == Mode::Rotating;
+        if turns_to_path && state.limits_in_sight() != state.robot.limits {
+            // The robot does not see what held it up any more, since the lidar shows nothing behind it. The next plan would lead back
+            // there, and it would turn to and fro.
+            self.next_s += state.tick.elapsed_s();
+        }
         if self.planner.is_busy() || now.time_s < self.next_s {
             return;
         }
@@ -211,6 +220,7 @@ impl Replanner {
             _ => settings.replan_period_s,
         };
         self.due_on_map = self.due_on_map.filter(|due| *due != reason);
+        self.last = Some(reason);
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.

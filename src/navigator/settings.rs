@@ -105,7 +105,8 @@ settings! {
         pub min_shortcut_share: f64 = 0.1, ["", 0 to 1];
         /// Shortest advance along the path that counts as progress (Nav2: `required_movement_radius`).
         pub required_movement_radius: f64 = 0.5, ["m", above 0 to 10000];
-        /// The mission fails after this long without progress (Nav2: `movement_time_allowance`).
+        /// The mission fails after this long without progress (Nav2: `movement_time_allowance`), or after twice as long if the robot now
+        /// drives ahead along its path.
         pub movement_time_allowance: f64 = 90.0, ["s", above 0 to 10000];
         /// Speed at which the robot escapes.
         pub escape_speed: f64 = 0.25, ["m/s", above 0 to 15.99];
