@@ -3,7 +3,6 @@
 use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
-use super::narrow_objects::BeamOrder;
 use crate::geometry::{Point, Pose, Vector, wrap_angle};
 use crate::map::{Scan, TimedScan};
 
@@ -117,8 +116,8 @@ pub struct DeskewedScan {
     pub range_max: f64,
     /// For each beam its direction in the robot's frame at its own time, and the heading of that frame in this one, radians.
     pub(crate) directions: Vec<(f64, f64)>,
-    /// The beams of `hits` and `open` in the order of the scan.
-    pub(crate) order: BeamOrder,
+    /// The beams of `hits` and `open` in the order of the scan: the index of the hit, or `None` for an open beam.
+    pub(crate) order: Vec<Option<usize>>,
 }
 
 /// A beam with a return.

@@ -13,22 +13,6 @@ const APART_M: f64 = 0.3;
 const NEAR_M: f64 = 0.1;
 const NEAR_SPACINGS: f64 = 2.0;
 
-/// The beams with a return or with nothing within range, in their order: the index of the hit, or `None` for an open beam.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct BeamOrder(Vec<Option<usize>>);
-
-impl BeamOrder {
-    /// Forgets all beams.
-    pub fn clear(&mut self) {
-        self.0.clear();
-    }
-
-    /// Adds the next beam.
-    pub fn push(&mut self, hit: Option<usize>) {
-        self.0.push(hit);
-    }
-}
-
 /// What lies beside an edge of an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Beside {
@@ -40,9 +24,10 @@ enum Beside {
     Adjacent,
 }
 
-/// The beams of a scan in their order.
+/// The beams of a scan with a return or with nothing within range.
 struct Beams<'a> {
     hits: &'a mut [Hit],
+    /// In their order: the index of the hit, or `None` for a beam with nothing within range.
     order: &'a [Option<usize>],
     /// Mean angle between two beams, radians, at least that of a full turn.
     spacing: f64,
@@ -119,7 +104,7 @@ impl Beams<'_> {
 impl DeskewedScan {
     /// Marks the hits on narrow objects that stand alone.
     pub(super) fn mark_narrow_objects(&mut self) {
-        let Self { hits, order: BeamOrder(order), directions, .. } = self;
+        let Self { hits, order, directions, .. } = self;
         let (Some(first), Some(last)) = (directions.first(), directions.last()) else {
             return;
         };

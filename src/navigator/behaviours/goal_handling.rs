@@ -109,7 +109,7 @@ impl Behaviour for GoalHandling {
 }
 
 impl GoalHandling {
-    /// Parks anew. A robot that people made leave its goal is hurried.
+    /// Begins to park again. A robot that people made leave its goal is hurried.
     fn restart(&mut self, was_blocked: bool, is_hurried: bool) {
         *self = Self { parking: Parking::new(is_hurried), was_blocked, ..Self::default() };
     }
