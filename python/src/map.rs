@@ -4,7 +4,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use inbye::local::ClearanceField;
-use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, Zones, load};
+use inbye::map::{
+    GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, Zones, has_own_resolution, load,
+};
 use inbye::navigator::NavigationMap;
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -61,11 +63,16 @@ impl Map {
         Ok(Self::of(OccupancyGrid::new(frame, cells.iter().copied().collect())))
     }
 
-    /// Reads a map_server YAML file, a MovingAI map or rows of text. The side of a cell counts for the last two.
+    /// Reads a map_server YAML file, a MovingAI map or rows of text. The side of a cell, one metre by default, is for the last two.
     #[staticmethod]
-    #[pyo3(signature = (path, resolution_m=1.0))]
-    fn load(py: Python<'_>, path: PathBuf, resolution_m: f64) -> PyResult<Self> {
-        py.detach(|| load(&path, &LoadOptions { resolution_m })).map(Self::of).map_err(raise)
+    #[pyo3(signature = (path, resolution_m=None))]
+    fn load(py: Python<'_>, path: PathBuf, resolution_m: Option<f64>) -> PyResult<Self> {
+        if let Some(given) = resolution_m.filter(|_| has_own_resolution(&path)) {
+            let map = path.display();
+            return Err(raise(format!("resolution_m {given}: {map} states its own: leave it out")));
+        }
+        let options = LoadOptions { resolution_m: resolution_m.unwrap_or(1.0) };
+        py.detach(|| load(&path, &options)).map(Self::of).map_err(raise)
     }
 
     /// Makes a map of rows of text, the highest row first: # wall, . free, ? unknown.

@@ -239,6 +239,8 @@ def test_map_of_an_array_is_the_map_of_its_rows() -> None:
         inbye.Map(np.full((2, 2), 101, np.int8), 0.5)
     with pytest.raises(inbye.InbyeError, match=r"missing\.yaml"):
         inbye.Map.load("missing.yaml")
+    with pytest.raises(inbye.InbyeError, match=r"0\.1: map\.yaml states its own: leave it out"):
+        inbye.Map.load("map.yaml", 0.1)
 
 
 def test_plan_leads_from_start_to_goal() -> None:

@@ -194,7 +194,6 @@ impl DeskewedScan {
                 self.open.push(Ray { from, direction });
             }
         }
-        self.mark_narrow_objects();
     }
 
     /// The first direction of the lidar's field of view at the time of the scan, and its angle counter-clockwise from there, radians.

@@ -262,6 +262,7 @@ impl Localizer {
     /// once; its beams lie within the second before that time.
     pub fn update(&mut self, scan: &TimedScan) -> &PoseEstimate {
         self.scan.deskew(scan, &self.history);
+        self.scan.mark_narrow_objects();
         if self.has_given_up {
             return &self.estimate;
         }

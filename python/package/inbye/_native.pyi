@@ -83,10 +83,10 @@ class Map:
         pose of the lower left corner, zeros by default.
         """
     @staticmethod
-    def load(path: str | os.PathLike[str], resolution_m: float = 1.0) -> Map:
+    def load(path: str | os.PathLike[str], resolution_m: float | None = None) -> Map:
         """Read a map_server YAML file, a MovingAI map or rows of text.
 
-        The side of a cell counts for the last two.
+        The side of a cell, one metre by default, is for the last two: with a YAML file it is an error.
         """
     @staticmethod
     def from_rows(rows: Sequence[str], resolution_m: float, origin: Vector = ...) -> Map:
