@@ -114,6 +114,8 @@ pub struct Localizer {
     anchor: Option<Anchor>,
     motion_check: MotionCheck,
     found: Option<FoundPlace>,
+    /// Whether most beams agreed at a pose that no search has found since.
+    is_proven: bool,
     /// Whether the robot was lost too often at the same place to be found again.
     has_given_up: bool,
     /// Whether a search precedes the scan matcher.
@@ -156,6 +158,7 @@ impl Localizer {
             anchor: None,
             motion_check: MotionCheck::default(),
             found: None,
+            is_proven: false,
             has_given_up: false,
             has_sparse_scans: false,
             stamp_noise: [0.0; 2],
@@ -316,6 +319,8 @@ impl Localizer {
         }
         let agreement = self.estimate.agreement.matching_fraction();
         self.anchor = Some(Anchor { odometry, matched: pose, agreement });
+        let is_found = self.found.is_some() || self.confirmations.is_some();
+        self.is_proven |= !is_found && agreement >= SAME_PLACE_AGREEMENT;
         if self.confirmations.is_none() && self.is_better_elsewhere() {
             return self.lose(LostReason::BetterElsewhere);
         }

@@ -178,18 +178,17 @@ impl GlobalSearch {
         (self.bounded > MAX_NODES).then_some(Found::Ambiguous(None))
     }
 
-    /// Whether the revolution agrees much better with the map at a pose than at the believed one, and the two are distinct.
-    pub fn is_better(
+    /// By which share more of the revolution agrees with the map at a pose than at the believed one; `None` where both are one place.
+    pub fn gain_over(
         &self,
         map: &SignedDistanceField,
         settings: &LocalizationSettings,
         pose: &Pose,
         believed: &Pose,
-    ) -> bool {
+    ) -> Option<f64> {
         let matcher = ScanMatcher { map, scan: &self.scan, settings };
         let share = |pose: &Pose| matcher.agreement(pose).matching_fraction();
-        is_apart(pose, believed, DISTINCT_M, DISTINCT_RAD)
-            && share(pose) >= share(believed) + settings.relocalization_margin
+        is_apart(pose, believed, DISTINCT_M, DISTINCT_RAD).then(|| share(pose) - share(believed))
     }
 
     /// Bounds the largest nodes, up to a number of nodes.

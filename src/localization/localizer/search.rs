@@ -1,6 +1,6 @@
 //! Searches of the whole map: by a localizer that is lost, and by one that doubts.
 
-use super::{Localizer, MAX_CORRECTION_SIGMAS2, SAME_PLACE_AGREEMENT, has_moved};
+use super::{Localizer, MAX_CORRECTION_SIGMAS2, SAME_PLACE_AGREEMENT, distance_m, has_moved};
 use crate::geometry::Pose;
 use crate::localization::map_scores::MapScores;
 use crate::localization::pose_filters::offset;
@@ -18,6 +18,11 @@ const DOUBT_SHARE: usize = 5;
 
 /// Number of consecutive revolutions with poor agreement before a search.
 const DOUBTFUL_SCANS: u32 = 15;
+
+/// A robot whose pose was right agrees with ever fewer beams where walls are missing from the map, or new; one that was carried does so at
+/// once. By this share more beams must then agree at another place, which lies beyond this distance, metres.
+const CHANGED_MAP_MARGIN: f64 = 0.35;
+const ELSEWHERE_M: f64 = 2.0;
 
 /// What the searches keep between revolutions.
 #[derive(Clone, Debug, Default)]
@@ -86,7 +91,7 @@ impl Localizer {
     pub fn search_near(&mut self, hint: &PoseHint) -> Result<(), LocalizationError> {
         let region = hint.region()?;
         self.found = None;
-        self.has_given_up = false;
+        (self.is_proven, self.has_given_up) = (false, false);
         self.lose(LostReason::NoPose);
         let center = self.map.to_grid(&hint.pose);
         let odometry = self.odometry.map(|(_, pose)| pose);
@@ -126,13 +131,21 @@ impl Localizer {
                 None => search,
             }
         });
-        match search.step(&self.map, scores, &self.settings, NODES) {
+        let result = search.step(&self.map, scores, &self.settings, NODES);
+        let moved = search.odometry.inverse_transform_pose(&odometry);
+        let is_elsewhere = |pose: &Pose| {
+            self.is_on_changed_map() && distance_m(pose, &self.ekf.pose) > ELSEWHERE_M
+        };
+        let result = match result {
+            Some(Found::Unique(pose)) if is_elsewhere(&pose) => Some(Found::Ambiguous(Some(pose))),
+            result => result,
+        };
+        match result {
             None => self.searches.of_lost = Some(search),
             Some(Found::Unique(pose)) => {
-                let moved = search.odometry.inverse_transform_pose(&odometry);
                 let pose = pose.transform_pose(&moved);
                 self.ekf = self.ekf.reset_pose(pose, &self.settings);
-                self.anchor = None;
+                (self.anchor, self.is_proven) = (None, false);
                 self.confirmations = Some(0);
                 self.searches.of_lost = Some(search);
                 self.track();
@@ -176,10 +189,22 @@ impl Localizer {
                 false
             }
             Some(Found::Unique(pose) | Found::Ambiguous(Some(pose))) => {
-                doubt.search.is_better(map, settings, &pose, &doubt.believed)
+                let margin = if self.is_proven {
+                    CHANGED_MAP_MARGIN
+                } else {
+                    settings.relocalization_margin
+                };
+                let gain = doubt.search.gain_over(map, settings, &pose, &doubt.believed);
+                gain.is_some_and(|gain| gain >= margin)
             }
             Some(Found::Ambiguous(None) | Found::Nothing) => false,
         }
+    }
+
+    /// Whether the pose was right, and fewer and fewer beams agreed with the map until the robot was lost.
+    fn is_on_changed_map(&self) -> bool {
+        let agreed = self.anchor.map(|anchor| anchor.agreement);
+        self.is_proven && agreed.is_some_and(|share| share < self.settings.relocalized_agreement)
     }
 
     /// Whether the scan matches at the predicted pose so well that the robot is still there.

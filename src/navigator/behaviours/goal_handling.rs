@@ -20,8 +20,9 @@ const STEP_S: f64 = 0.1;
 /// Time for which parking may be blocked, seconds. Then the robot drives nearer by its path, or stays where it is within the goal's
 /// tolerances and has no room for the correction.
 const BLOCKED_S: f64 = 1.0;
-/// The mission fails where static obstacles keep the robot from turning to the goal's yaw for this long, seconds: people who stand
-/// there may go.
+/// Where static obstacles keep the robot from turning to the goal's yaw, it turns the other way round after the first time, seconds. The
+/// mission fails after the second: people who stand there may go.
+const TURNS_BACK_AFTER_S: f64 = 2.0;
 const NO_ROOM_TO_TURN_S: f64 = 20.0;
 
 /// Parks at the goal.
@@ -31,6 +32,8 @@ pub(super) struct GoalHandling {
     blocked: ConditionTimer,
     has_no_room: ConditionTimer,
     cannot_turn: ConditionTimer,
+    /// The robot has tried the longer turn to the goal's yaw.
+    has_turned_back: bool,
     /// Time for which the robot parked next to people, seconds.
     waited_s: f64,
     /// Parking was blocked: the straight line to the goal keeps less than the margin. The robot parks again only within the goal's
@@ -93,6 +96,10 @@ impl Behaviour for GoalHandling {
         }
         let is_held = !has_room && is_within_xy && !is_within;
         let held_s = self.cannot_turn.update(now.time_s, is_held);
+        if held_s >= TURNS_BACK_AFTER_S && !self.has_turned_back {
+            self.has_turned_back = true;
+            self.parking.turn_other_way(goal, &now.pose);
+        }
         if let Some(yaw) = goal.yaw.filter(|_| held_s >= NO_ROOM_TO_TURN_S) {
             return Err(Fault::NoRoomToTurn { yaw, from: wrap_angle(now.pose.yaw) });
         }
@@ -219,6 +226,38 @@ mod tests {
             });
             proposed.map(|fault| (now.time_s, fault.to_string()))
         })
+    }
+
+    /// A robot with a long front, a wall to the right of its goal, room to the left, and a turn of three radians ahead.
+    #[test]
+    fn robot_turns_the_other_way_where_the_shorter_one_has_no_room() {
+        let body = [(-0.3, -0.2), (1.2, -0.2), (1.2, 0.2), (-0.3, 0.2)];
+        let body = body.map(|(x, y)| Point::new(x, y)).to_vec();
+        let footprint = Footprint::covering(Polygon::new(body).expect("a body"));
+        let robot = RobotModel { footprint, limits: Limits::default() };
+        let frame = GridFrame::new(120, 120, 0.1, Pose::new(-3.0, -6.0, 0.0)).expect("a size");
+        let ground = ObstacleGrid::from_fn(frame, |cell| frame.center_of(cell).x > 3.8);
+        let settings = NavigatorSettings::default();
+        let goal = Goal { position: Point::new(3.0, 0.0), yaw: Some(1.57) };
+        let goal: &'static Goal = Box::leak(Box::new(goal));
+        let (mut handling, mut pose, mut twist) =
+            (GoalHandling::default(), Pose::new(3.0, 0.0, -1.4), Twist::STOP);
+        let has_arrived = (0..400).any(|tick| {
+            let mut now = standing_at(pose);
+            (now.time_s, now.twist) = (f64::from(tick) * PERIOD_S, twist);
+            let proposed = with_state(&settings, &robot, &ground, &now, (twist, twist), |state| {
+                (state.goal, state.is_at_goal) = (goal, true);
+                handling.propose(state)
+            });
+            let Ok(Some(Proposal::Decide(decision, _))) = proposed else {
+                panic!("{proposed:?} at {}", pose.yaw);
+            };
+            twist = decision.command;
+            pose = pose.after(&twist, PERIOD_S);
+            decision.mode == Mode::Arrived
+        });
+        assert!(has_arrived && wrap_angle(pose.yaw - 1.57).abs() < 0.05, "{pose:?}");
+        assert!(pose.yaw < -1.4, "it turned clockwise: {pose:?}");
     }
 
     /// When a robot fails that stands 0.3 m from its goal and cannot come nearer, seconds. It is away from it for the first second of

@@ -4,7 +4,7 @@
 //! zero or above the least speed that moves the base. The robot begins to brake where braking ends at the goal. Short
 //! motions of fixed length from standstill correct the rest: a base with latency cannot overshoot them.
 
-use core::f64::consts::FRAC_PI_2;
+use core::f64::consts::{FRAC_PI_2, TAU};
 
 use super::super::route::ConditionTimer;
 use super::super::{Goal, NavigatorSettings};
@@ -68,6 +68,8 @@ pub(super) struct Parking {
     raised: f64,
     /// Share of the goal's tolerances that is enough.
     goal_share: f64,
+    /// The sign of the shorter turn to the yaw, if the robot turns the other way round.
+    turned_from: Option<f64>,
 }
 
 /// How the present motion ends.
@@ -94,6 +96,7 @@ impl Default for Parking {
             has_stayed: true,
             raised: 1.0,
             goal_share: 0.0,
+            turned_from: None,
         }
     }
 }
@@ -135,6 +138,19 @@ impl Parking {
         let is_still = motion.measured.stands();
         // A timer that has just started has stood for no time.
         is_still & (self.stood.update(motion.time_s, is_still) >= settings.stopped_time_s)
+    }
+
+    /// Turns to the yaw of the goal the longer way round.
+    pub fn turn_other_way(&mut self, goal: &Goal, pose: &Pose) {
+        self.turned_from = goal.yaw.map(|yaw| wrap_angle(yaw - pose.yaw).signum());
+    }
+
+    /// The turn that is left to the yaw of the goal, radians, in the chosen direction.
+    fn left_to_turn(&mut self, goal: &Goal, pose: &Pose) -> f64 {
+        let error = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - pose.yaw));
+        // Halfway round, the same direction is the shorter one.
+        self.turned_from = self.turned_from.filter(|sign| *sign == error.signum());
+        error - self.turned_from.map_or(0.0, |sign| TAU * sign)
     }
 
     /// The velocity to drive towards, before the limits of acceleration; `None` for a robot that stands parked.
@@ -207,7 +223,7 @@ impl Parking {
         if !self.is_at_position {
             return Some(self.approach(&context, goal));
         }
-        let error = goal.yaw.map_or(0.0, |yaw| wrap_angle(yaw - motion.pose.yaw));
+        let error = self.left_to_turn(goal, motion.pose);
         let tolerance_rad =
             tolerance(settings.yaw_parking_tolerance, least_rate, settings.yaw_goal_tolerance);
         let is_at_yaw = error.abs() <= tolerance_rad

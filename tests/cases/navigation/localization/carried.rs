@@ -1,5 +1,7 @@
 //! Robots without a pose, or with a wrong one, in a mine, and in rooms that look alike.
 
+use core::f64::consts::{PI, TAU};
+
 use inbye::geometry::{Point, Pose};
 use inbye::localization::{
     LocalizationSettings, LocalizationStatus, Localizer, LostReason, PoseEstimate, PoseHint,
@@ -71,6 +73,35 @@ fn twin_rooms_are_refused_and_a_third_one_is_found() {
         is_found(&estimate_at(&left, Some(hint)), twin);
     }
     is_found(&estimate_at(&truth, Some(left)), &truth);
+}
+
+/// Two equal rooms. The map lacks the right wall of the lower one, where the robot is.
+#[test]
+fn robot_that_tracked_its_pose_is_not_found_in_the_twin_of_a_room_that_has_changed() {
+    let room = |y: f64| [[1.0, y, 7.0, y + 2.0], [5.4, y + 2.0, 6.2, y + 2.6]];
+    let world = World::new(ground(Pose::default(), &[room(1.0), room(6.0)].concat()));
+    let without_wall = [room(1.0), room(6.0), [[7.0, 1.0, 9.5, 3.0]; 2]].concat();
+    let map = ground(Pose::default(), &without_wall);
+    // The wall hides a part of what the second lidar sees that loses the pose.
+    for (field_of_view_rad, from_wall_m) in [(TAU, 0.8), (PI, 0.5)] {
+        let lidar = lidar().field_of_view_rad(field_of_view_rad);
+        let mut rng = Pcg64Mcg::seed_from_u64(4);
+        let start = Pose::new(1.6, 2.1, 0.0);
+        let localizer = Localizer::new(&map, LocalizationSettings::default(), &start);
+        let mut localizer = localizer.expect("valid settings");
+        for tick in 0..160 {
+            let time_s = 0.1 * f64::from(tick);
+            let driven_m = (0.5 * time_s).min(7.0 - from_wall_m - start.x);
+            localizer.predict(time_s, &Pose::new(driven_m, 0.0, 0.0));
+            let truth = Pose::new(start.x + driven_m, start.y, 0.0);
+            let seen = lidar.scan(&world, &truth, &mut rng);
+            let estimate = localizer.update(&TimedScan::from_scan(&seen.scan, time_s, 0.0));
+            let error_m = (estimate.pose.position() - truth.position()).norm();
+            assert!(error_m < 0.1, "{from_wall_m} m, {time_s} s: {estimate:?}");
+        }
+        let is_lost = localizer.estimate().status.lost_reason().is_some();
+        assert_eq!(is_lost, field_of_view_rad == PI, "{:?}", localizer.estimate());
+    }
 }
 
 #[test]
