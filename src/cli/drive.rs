@@ -33,6 +33,7 @@ use super::own_programs::ProgramArguments;
 use super::plan_result::stop_name;
 use super::recording::{Ending, Recording};
 use super::refusal::refused;
+use super::zones::ZoneArguments;
 use super::{output, plan};
 
 /// `inbye drive`.
@@ -206,14 +207,14 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
         ..Mission::new(Arc::new(map), start.pose(), stop(&goal))
     };
     let moving_obstacles = match &obstacles {
-        Obstacles::File(file) => {
-            MovingObstacles::read(file, &mission.map.obstacles(config.unknown), seed)?
-        }
+        Obstacles::File(file) => obstacles_of(file, &mission, &config, seed)?,
         Obstacles::Count(count) => {
             let spawner = config.simulation.pedestrians.spawner(*count, seed);
             match spawner.spawn_on_route(&mission, &config) {
                 Ok(moving_obstacles) => moving_obstacles,
-                Err(error) => return no_path_or(error, &map_name, &mission, &config),
+                Err(error) => {
+                    return no_path_or(error, (&map_name, &arguments.map.zones), &mission, &config);
+                }
             }
         }
     };
@@ -251,7 +252,9 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
                 _ => format!("{map_name}: with these settings"),
             });
         }
-        Err(error) => return no_path_or(error, &map_name, mission, &config),
+        Err(error) => {
+            return no_path_or(error, (&map_name, &arguments.map.zones), mission, &config);
+        }
     };
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
@@ -430,6 +433,18 @@ pub fn drive(
     result
 }
 
+/// The moving obstacles of a file, none of which touches the robot at its start.
+fn obstacles_of(
+    file: &Path,
+    mission: &Mission,
+    config: &Config,
+    seed: u64,
+) -> Result<MovingObstacles, SimError> {
+    let obstacles = MovingObstacles::read(file, &mission.map.obstacles(config.unknown), seed)?;
+    obstacles.check_start(file, &mission.start, &config.robot.footprint)?;
+    Ok(obstacles)
+}
+
 /// The intermediate stop at which an error of a plan is.
 fn stop_of(error: &PlanError, mission: &Mission) -> Option<String> {
     let (PlanError::GoalOccupied { place, .. }
@@ -445,7 +460,7 @@ fn stop_of(error: &PlanError, mission: &Mission) -> Option<String> {
 /// Prints a missing path, which is an answer; every other planning error is unusable input.
 fn no_path_or(
     error: SimError,
-    map_name: &str,
+    (map_name, zones): (&str, &ZoneArguments),
     mission: &Mission,
     config: &Config,
 ) -> anyhow::Result<bool> {
@@ -456,7 +471,7 @@ fn no_path_or(
     let reason = match &stop {
         Some(stop) => format!("{stop}: {error}"),
         None => error.to_string(),
-    };
+    } + zones.note(&error);
     if !matches!(error, PlanError::NoValidPath { .. }) {
         return Err(plan::unusable(&error, &reason, map_name, &mission.map, config, None));
     }

@@ -33,8 +33,8 @@ pub struct PlanArguments {
     pub map: MapArguments,
     #[command(flatten)]
     pub ends: EndArguments,
-    /// An intermediate stop, metres; repeat --via for each stop in the order of the visit.
-    #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
+    /// An intermediate stop, metres; repeat --via for each stop in the order of the visit. The path does not depend on yaws.
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub via: Vec<Place>,
     /// Distance to keep from every obstacle, metres [default: the robot's circle and margins].
     #[arg(long, allow_negative_numbers = true, value_parser = real(0.0..=MAX_COORDINATE, "metres, 0 to 1e9"))]
@@ -63,7 +63,7 @@ pub fn run(arguments: &PlanArguments) -> anyhow::Result<bool> {
     let plan = plan_result::plan(&task, config, &known);
     drawing.write(&task, &input, &plan)?;
     if let Some(failure) = &plan.failure {
-        return no_path(failure, &input, arguments.radius);
+        return no_path(failure, &input, arguments);
     }
     let mut object = plan.object();
     object["unknown"] = map_file::unknown_cells_json(map, config.unknown);
@@ -74,11 +74,15 @@ pub fn run(arguments: &PlanArguments) -> anyhow::Result<bool> {
 }
 
 /// Prints that there is no path, which is an answer; an invalid start or goal is unusable input.
-fn no_path(failure: &LegFailure, input: &MapInput, radius_m: Option<f64>) -> anyhow::Result<bool> {
-    let reason = failure.reason();
+fn no_path(
+    failure: &LegFailure,
+    input: &MapInput,
+    arguments: &PlanArguments,
+) -> anyhow::Result<bool> {
+    let reason = failure.reason() + arguments.map.zones.note(&failure.error);
     if !matches!(failure.error, PlanError::NoValidPath { .. }) {
         let MapInput { name, map, config, .. } = input;
-        return Err(unusable(&failure.error, &reason, name, map, config, radius_m));
+        return Err(unusable(&failure.error, &reason, name, map, config, arguments.radius));
     }
     let mut object = no_path_json(&failure.error, &reason);
     object["stop"] = json!(failure.stop);

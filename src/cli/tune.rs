@@ -8,7 +8,9 @@ use std::{fs, io};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
-use inbye::experiment::{Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, rankings};
+use inbye::experiment::{
+    Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, fault_text, rankings,
+};
 use inbye::external::{ProgramSettings, run_in_group};
 use inbye::input_file::read_text;
 use inbye::report::{ComparisonReport, comparison_files};
@@ -26,6 +28,10 @@ use super::{machine, output};
 const DEFAULT: &str = "default";
 /// Name of the best candidate in the judgement on other worlds.
 const TUNED: &str = "tuned";
+
+/// Names of the runs that choose the best candidate, and of those that judge it.
+const SEARCH: &str = "search";
+const OTHER_WORLDS: &str = "other worlds";
 
 /// Folder of the results of the judgement, below that of --out.
 const JUDGE: &str = "judge";
@@ -47,7 +53,8 @@ const RECORD_HELP: &str =
     worlds. A gain on the first set alone is overfitting.\n\
     With --out the same command resumes where it was interrupted, and processes on several machines that share the folder divide \
     the runs between them.\n\
-    JSON fields: `changes`, `train` and `judge` (`default`, `tuned`), `ranked`, `candidates`."
+    JSON fields: `changes`, `train` and `judge` (`default`, `tuned`), `faults` (`train`, `judge`), `ranked`, `candidates`.\n\
+    Exit status 1: no run of the search or of the judgement reached its goal."
 )]
 pub struct TuneArguments {
     /// The plan, TOML.
@@ -82,7 +89,7 @@ struct Candidate {
     success: f64,
 }
 
-/// Searches settings and judges the best ones.
+/// Searches settings and judges the best ones. False if no run of the search, or none of the judgement, reached its goal.
 pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
     let Some(file) = &arguments.plan else {
         let plan = TuningPlan::documented();
@@ -99,7 +106,7 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
     let report = ReportFolder::create(arguments.report.as_deref())?;
 
-    let mut all: Vec<Candidate> = Vec::new();
+    let (mut all, mut searched): (Vec<Candidate>, Vec<RunRow>) = Default::default();
     let first_error = RefCell::new(None);
     // Whether the settings are valid together, as changes of the default ones.
     let is_usable = |changes: &str| match Config::default().with_changes(changes) {
@@ -138,6 +145,7 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
         }
         let success = |name: &str| success(of(&rows, name));
         names.zip(&mut new).for_each(|(name, candidate)| candidate.success = success(&name));
+        searched.extend(rows);
         all.extend(new);
         // A stable order: of equal ones the earlier counts.
         all.sort_by(|one, other| other.success.total_cmp(&one.success));
@@ -157,7 +165,7 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
     let before = all.iter().find(|candidate| candidate.point.is_none());
     let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
     let judge = [judged(DEFAULT), judged(TUNED)];
-    print(best, (train, judge), &ranked, &all)?;
+    print(best, (train, judge), (&ranked, [&searched, &rows]), &all)?;
     save.write(|| {
         format!("{TUNED_SETTINGS}; all other settings have their defaults.\n\n{}", best.changes)
     })?;
@@ -172,20 +180,22 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
             plays: &BTreeMap::new(),
         })
     })?;
-    Ok(true)
+    Ok([&searched, &rows].into_iter().all(|rows| has_arrived(rows)))
 }
 
 fn print(
     best: &Candidate,
     (train, judge): ([f64; 2], [f64; 2]),
-    ranked: &[RankedPlanner],
+    (ranked, rows): (&[RankedPlanner], [&[RunRow]; 2]),
     all: &[Candidate],
 ) -> anyhow::Result<()> {
     let pair = |[default, tuned]: [f64; 2]| json!({ "default": default, "tuned": tuned });
     let candidates: Vec<Value> =
         all.iter().map(|it| json!({ "changes": it.changes, "success": it.success })).collect();
+    let faults = rows.map(|rows| fault_text(rows.iter()));
     let object = json!({
-        "changes": best.changes, "train": pair(train), "judge": pair(judge), "ranked": ranked, "candidates": candidates,
+        "changes": best.changes, "train": pair(train), "judge": pair(judge), "faults": { "train": faults[0], "judge": faults[1] },
+        "ranked": ranked, "candidates": candidates,
     });
     let gain = |name: &str, [default, tuned]: [f64; 2]| {
         format!("{name:<12} default {default:.3}, tuned {tuned:.3}, gain {:+.3}", tuned - default)
@@ -194,8 +204,14 @@ fn print(
         .iter()
         .filter(|planner| planner.rank > 1)
         .map(|planner| format!("judged       {}: {}", planner.planner, planner.verdict.text()));
-    let mut lines = vec![gain("search", train), gain("other worlds", judge)];
+    let mut lines = vec![gain(SEARCH, train), gain(OTHER_WORLDS, judge)];
     lines.extend(verdicts);
+    for (part, (rows, faults)) in [SEARCH, OTHER_WORLDS].into_iter().zip(rows.iter().zip(faults)) {
+        lines.extend(faults.map(|faults| format!("{part}: faults: {faults}")));
+        if !has_arrived(rows) {
+            lines.push(format!("{part}: no run reached its goal"));
+        }
+    }
     if best.changes.is_empty() {
         lines.push("no candidate was better than the settings without changes".to_owned());
     }
@@ -247,6 +263,10 @@ fn run_elsewhere(
 /// The rows of these settings.
 fn of<'r>(rows: &'r [RunRow], config: &str) -> impl Iterator<Item = &'r RunRow> {
     rows.iter().filter(move |row| row.config.as_deref() == Some(config))
+}
+
+fn has_arrived(rows: &[RunRow]) -> bool {
+    rows.iter().any(RunRow::reached)
 }
 
 fn success<'r>(rows: impl Iterator<Item = &'r RunRow>) -> f64 {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use anyhow::ensure;
 use clap::Args;
 use inbye::geometry::Point;
+use inbye::global::PlanError;
 use inbye::map::{Mask, MaskError, OccupancyGrid, Zones};
 
 use super::arguments::Place;
@@ -47,6 +48,20 @@ impl ZoneArguments {
             anyhow::Error::new(fault).context(format!("{flag} {}", file.display()))
         });
         Ok(zones?.map(Arc::new))
+    }
+
+    /// What to add to the message of an error: the library does not tell closed zones from obstacles.
+    pub const fn note(&self, error: &PlanError) -> &'static str {
+        match error {
+            PlanError::NoValidPath { .. }
+            | PlanError::StartOccupied { .. }
+            | PlanError::GoalOccupied { .. }
+                if self.keepout.is_some() =>
+            {
+                "; the closed zones of --keepout count as obstacles"
+            }
+            _ => "",
+        }
     }
 
     /// The mask files.

@@ -53,7 +53,7 @@ pub use parquet::parquet_bytes;
 pub use plan::{Changes, Plan, PlanRoute, PlanWorlds, SamplingGrid, WorldKind};
 pub use plan_worlds::built_in_maps;
 pub use programs::check_programs;
-pub use ranking::{RankStatus, RankedPlanner, planner_names, rankings};
+pub use ranking::{RankStatus, RankedPlanner, fault_text, planner_names, rankings};
 pub use records::{Record, read_record};
 pub use results::{CellFile, Manifest, Merged, merge};
 pub use row::RunRow;

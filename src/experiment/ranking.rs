@@ -277,7 +277,7 @@ fn figures(kind: WorldKind, name: &str, rows: &[&RunRow]) -> RankedPlanner {
         personal_share: all(|row| row.personal_share),
         tick_p50_ms: group.tick_p50_ms,
         tick_p99_ms: group.tick_p99_ms,
-        faults: fault_text(rows),
+        faults: fault_text(rows.iter().copied()),
         ..RankedPlanner::default()
     }
 }
@@ -295,12 +295,13 @@ fn paired_differences(rows: &[&RunRow], best: &[&RunRow]) -> Vec<f64> {
     by_world.into_values().filter_map(|values| mean(values.into_iter())).collect()
 }
 
-/// The faults of runs with their numbers, and the number of those that did not start with the first reason.
-fn fault_text(rows: &[&RunRow]) -> Option<String> {
-    let not_started: Vec<&&RunRow> =
-        rows.iter().filter(|row| row.outcome == RunOutcome::Error).collect();
+/// Returns the faults of runs with their numbers, and the number of those that did not start with the first reason; none without any.
+#[must_use]
+pub fn fault_text<'r>(rows: impl Iterator<Item = &'r RunRow> + Clone) -> Option<String> {
+    let not_started: Vec<&RunRow> =
+        rows.clone().filter(|row| row.outcome == RunOutcome::Error).collect();
     let first = not_started.first().and_then(|row| row.reason.as_deref());
-    let faults = faults(rows.iter().copied()).into_iter();
+    let faults = faults(rows).into_iter();
     let faults = faults.map(|(name, count)| format!("{name}: {count}"));
     let not_started = first.map(|reason| format!("did not start: {}, {reason}", not_started.len()));
     let parts: Vec<String> = faults.chain(not_started).collect();

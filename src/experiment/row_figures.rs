@@ -98,7 +98,7 @@ impl RunRow {
         if config.simulation.plant == PlantKind::Agreeing {
             return;
         }
-        let drawn = draw_plant(&config.simulation, seed);
+        let drawn = draw_plant(config, seed);
         let dynamics = &drawn.dynamics;
         self.command_delay_s = Some(dynamics.command_delay_s);
         self.sensing_delay_s = Some(drawn.sensing_delay_s);

@@ -218,7 +218,7 @@ impl Route {
 
     /// The simulation, with people spread along the path that the robot will plan.
     fn simulation(&self, seed: u64, config: &Config) -> Result<WorldSimulation, SimError> {
-        let mut pedestrians = draw_plant(&config.simulation, seed).pedestrians;
+        let mut pedestrians = draw_plant(config, seed).pedestrians;
         if let Some(traffic) = self.traffic {
             pedestrians = pedestrians.yields(traffic != TrafficKind::NonYielding);
         }

@@ -95,6 +95,7 @@ impl GlobalPlanner for ProcessPlanner {
                     start,
                     goal,
                     radius_m,
+                    turning_radius_m: None,
                     expanded: 0,
                     nearest: None,
                     reason: Some(reason),

@@ -46,7 +46,7 @@ pub enum PlanError {
     #[error(
         "NO_VALID_PATH: no path from ({:.2}, {:.2}) to ({:.2}, {:.2}) {}",
         start.x, start.y, goal.x, goal.y,
-        reason.as_ref().map_or_else(|| search_text(*radius_m, *expanded, nearest.as_ref()), Clone::clone)
+        reason.as_ref().map_or_else(|| search_text((*radius_m, *turning_radius_m), *expanded, nearest.as_ref()), Clone::clone)
     )]
     NoValidPath {
         /// The start.
@@ -55,6 +55,9 @@ pub enum PlanError {
         goal: Point,
         /// Clearance required, metres.
         radius_m: f64,
+        /// Clearance that the robot needs to turn on the spot, metres, where its body was searched with its heading: it is longer than
+        /// wide. `radius_m` is then that to each side.
+        turning_radius_m: Option<f64>,
         /// Number of expanded cells.
         expanded: u32,
         /// The reachable cell centre nearest to the goal.
@@ -93,12 +96,30 @@ impl PlanError {
 }
 
 /// What a search without a path found. The nearest reachable point is exact to the millimetre, so that it lies in the cell found.
-fn search_text(radius_m: f64, expanded: u32, nearest: Option<&Point>) -> String {
+fn search_text(
+    (radius_m, turning_radius_m): (f64, Option<f64>),
+    expanded: u32,
+    nearest: Option<&Point>,
+) -> String {
+    let (room, size) = match turning_radius_m {
+        None => (
+            format!("keeps {radius_m:.3} m from every obstacle"),
+            "a smaller radius (that of the footprint and its margins)",
+        ),
+        Some(turning_m) => (
+            format!(
+                "has room for the robot, {radius_m:.3} m to each side of its middle and {turning_m:.3} m around it where it turns"
+            ),
+            "a smaller footprint or margin,",
+        ),
+    };
+    // The search that failed is not always the one that counts its cells.
+    let cells = match expanded {
+        0 => String::new(),
+        expanded => format!(" ({expanded} cells searched)"),
+    };
     let nearest = nearest.map_or_else(String::new, |point| {
         format!("; the reachable point nearest to the goal is ({:.3}, {:.3})", point.x, point.y)
     });
-    format!(
-        "keeps {radius_m:.3} m from every obstacle ({expanded} cells searched){nearest}: choose a goal on the same side, a smaller \
-         radius (that of the footprint and its margins) or a finer map"
-    )
+    format!("{room}{cells}{nearest}: choose a goal on the same side, {size} or a finer map")
 }

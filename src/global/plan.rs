@@ -99,10 +99,7 @@ pub fn plan(
         EndError::Outside(why) => PlanError::StartOutsideMap { place: start, why },
         EndError::Occupied(why) => PlanError::StartOccupied { place: start, why },
     })?;
-    let goal_cell = free_cell(free, goal).map_err(|error| match error {
-        EndError::Outside(why) => PlanError::GoalOutsideMap { place: goal, why },
-        EndError::Occupied(why) => PlanError::GoalOccupied { place: goal, why },
-    })?;
+    let goal_cell = free_goal_cell(free, goal)?;
     let started = clock();
     let found = match settings.search {
         SearchMethod::AStar => {
@@ -117,6 +114,7 @@ pub fn plan(
             start,
             goal,
             radius_m: free.radius_m(),
+            turning_radius_m: None,
             expanded: no_path.expanded,
             nearest: nearest.map(|cell| free.frame().center_of(cell)),
             reason: None,
@@ -137,9 +135,10 @@ pub fn plan(
 }
 
 /// Joins start, cell centres and goal. A centre equal to an end up to rounding is omitted, since the step between them has
-/// no meaningful direction.
+/// no meaningful direction. Within one cell the way is straight.
 fn through_centers(space: &FreeSpace, start: Point, cells: &[Cell], goal: Point) -> Path {
     let frame = space.frame();
+    let cells = if cells.len() == 1 { &[] } else { cells };
     let same_m = 1e-6 * frame.resolution_m;
     let is_apart =
         |center: &Point| (center - start).norm() > same_m && (center - goal).norm() > same_m;
@@ -153,6 +152,14 @@ enum EndError {
     Occupied(String),
 }
 
+/// The free cell that contains a goal, or why there is none.
+pub(crate) fn free_goal_cell(space: &FreeSpace, goal: Point) -> Result<Cell, PlanError> {
+    free_cell(space, goal).map_err(|error| match error {
+        EndError::Outside(why) => PlanError::GoalOutsideMap { place: goal, why },
+        EndError::Occupied(why) => PlanError::GoalOccupied { place: goal, why },
+    })
+}
+
 /// The free cell that contains a point, or the cause and the nearest free point.
 fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
     if !point.is_finite() {
@@ -160,9 +167,8 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
         return Err(EndError::Outside(why.to_owned()));
     }
     let Some(cell) = space.frame().cell_of(&point) else {
-        let extent = extent(space.frame());
-        let hint = nearest_free(space, &point);
-        return Err(EndError::Outside(format!("is off the map, which spans {extent}: {hint}")));
+        let (extent, hint) = (extent(space.frame()), nearest_free(space, &point));
+        return Err(EndError::Outside(format!("is off the map, {extent}: {hint}")));
     };
     if space.is_free(cell) {
         return Ok(cell);
@@ -176,12 +182,18 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
     }))
 }
 
-/// The corners of the bounding rectangle of a grid in the map frame.
+/// Where a grid is in the map frame. The bounding box of a turned grid contains points that are off the grid.
 fn extent(frame: &GridFrame) -> String {
     let corners = frame.corners();
-    let low = corners.iter().fold(corners[0], |low, corner| low.min(corner));
-    let high = corners.iter().fold(corners[0], |high, corner| high.max(corner));
-    format!("({:.2}, {:.2}) to ({:.2}, {:.2})", low.x, low.y, high.x, high.y)
+    let text = |corner: &Point| format!("({:.2}, {:.2})", corner.x, corner.y);
+    if frame.origin.yaw == 0.0 {
+        return format!("which spans {} to {}", text(&corners[0]), text(&corners[2]));
+    }
+    let yaw = frame.origin.yaw;
+    format!(
+        "which is turned by {yaw:.3} rad and has the corners {}",
+        corners.each_ref().map(text).join(", ")
+    )
 }
 
 /// Names the centre of the nearest free cell, to the millimetre. This is in the cell, whose side is rarely below a
@@ -196,7 +208,7 @@ fn nearest_free(space: &FreeSpace, point: &Point) -> String {
             let remedy = if is_coarse && frame.cells().any(is_open) {
                 format!("cells of {} m are too coarse for it, use smaller ones", frame.resolution_m)
             } else {
-                "a smaller radius may have one".to_owned()
+                "a smaller radius (that of the footprint and its margins) may have one".to_owned()
             };
             format!("the map has no free cell for a radius of {:.3} m; {remedy}", space.radius_m())
         },

@@ -49,6 +49,7 @@ impl NoPath {
                 start: state.now.pose.position(),
                 goal: state.goal.position,
                 radius_m: state.route.radius_m,
+                turning_radius_m: None,
                 expanded: 0,
                 nearest: None,
                 reason: Some(format!(

@@ -390,6 +390,7 @@ mod tests {
             start,
             goal,
             radius_m: 0.3,
+            turning_radius_m: None,
             expanded: 0,
             nearest: None,
             reason: None,

@@ -6,7 +6,7 @@ use super::{GlobalPlanner, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{
     self, BodySpace, ClearanceCosts, Plan, PlanError, PlanningSpace, SearchMethod, Searcher,
-    nearest_reachable_within,
+    free_goal_cell, nearest_reachable_within,
 };
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
@@ -213,8 +213,8 @@ impl RoutePlanner {
         }
     }
 
-    /// The error of a search without narrow passages, as it is with them: the goal may be in such a passage, and the reachable point
-    /// nearest to it beyond some.
+    /// The error of a search without narrow passages, as it is with them: start or goal may be in such a passage, and the reachable
+    /// point nearest to the goal beyond some.
     fn with_narrow_passages(
         &mut self,
         task: &mut Task<'_>,
@@ -222,12 +222,17 @@ impl RoutePlanner {
         error: PlanError,
     ) -> PlanError {
         let (Terrain { obstacles, least, .. }, space) = (task.terrain, &ground.space);
+        let (start, goal, frame) = (task.start, task.goal, *space.frame());
+        let fits = |place: &Point| ground.body(least).fits(place);
         let (expanded, nearest) = match &error {
             PlanError::NoValidPath { expanded, nearest, .. } => (*expanded, *nearest),
-            PlanError::GoalOccupied { .. } if ground.body(least).fits(&task.goal) => (0, None),
+            PlanError::GoalOccupied { .. } if fits(&goal) => (0, None),
+            PlanError::StartOccupied { .. } if fits(&start) => match free_goal_cell(space, goal) {
+                Ok(_) => (0, None),
+                Err(error) => return error,
+            },
             _ => return error,
         };
-        let (start, goal, frame) = (task.start, task.goal, *space.frame());
         let from = frame.cell_of(&self.free_start(obstacles, space, start));
         let beyond = from
             .and_then(|from| nearest_reachable_within(space, least, from, &goal))
@@ -243,12 +248,24 @@ impl RoutePlanner {
                 let is_usual = nearest.is_none() && self.plan_on(task).is_ok();
                 is_usual || self.narrow(task, ground).is_some()
             });
+        let (nearest, turning_m) = (beyond.or(nearest), self.least_radius_m);
+        if let PlanError::GoalOccupied { place, .. } = error {
+            let hint = nearest.map_or_else(String::new, |Point { x, y }| {
+                format!("; the reachable point nearest to it is ({x:.3}, {y:.3})")
+            });
+            let why = format!(
+                "is in a cell less than {turning_m:.3} m from an obstacle: the robot cannot turn there, and no path ends in a \
+                 direction in which it fits{hint}"
+            );
+            return PlanError::GoalOccupied { place, why };
+        }
         PlanError::NoValidPath {
             start,
             goal,
             radius_m: ground.passages.radius_m,
+            turning_radius_m: Some(turning_m),
             expanded,
-            nearest: beyond.or(nearest),
+            nearest,
             reason: None,
         }
     }

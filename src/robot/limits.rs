@@ -13,7 +13,7 @@ settings! {
     pub struct Limits {
         /// Smallest forward speed; a negative value permits reversing. Every robot may stand.
         pub min_vel_x: f64 = 0.0, ["m/s", -15.99 to 0];
-        /// Largest forward speed.
+        /// Largest forward speed; above zero for a robot that drives to goals.
         pub max_vel_x: f64 = 1.0, ["m/s", 0 to 15.99];
         /// Largest turn rate in both directions.
         pub max_vel_theta: f64 = 1.0, ["rad/s", above 0];

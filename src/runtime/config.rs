@@ -5,7 +5,7 @@ use core::ops::RangeInclusive;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use super::SimulationSettings;
+use super::{PlantRanges, SimulationSettings};
 
 use crate::base::{CollisionMonitorSettings, ProtectiveLayer};
 use crate::external::{ProcessController, ProcessPlanner, ProgramSettings};
@@ -36,7 +36,11 @@ settings! {
     }
     rule |robot| {
         let discs = robot.footprint.discs().len();
-        require(discs <= MAX_DISCS, "number of footprint discs", discs as f64, "1 to 8")
+        require(discs <= MAX_DISCS, "number of footprint discs", discs as f64, "1 to 8")?;
+        // The navigator follows paths ahead: a robot that only turns or reverses would stand until it fails.
+        let fastest = robot.limits.max_vel_x;
+        require(fastest > 0.0, "max_vel_x", fastest, "above zero: the robot drives ahead along its path")
+            .map_err(|error| error.in_table("limits"))
     }
 }
 
@@ -180,24 +184,37 @@ pub fn renamed_keys() -> impl Iterator<Item = (&'static str, &'static str)> {
 }
 
 impl Config {
-    /// Checks that a scan of the simulated lidar is not old by its stamp before the next one comes: otherwise the robot would stop
-    /// again and again.
-    fn check_scan_age(&self) -> Result<(), SettingError> {
-        let SimulationSettings { lidar, sensing_delay_s, stamps_sensing_delay, .. } =
-            &self.simulation;
+    /// The largest `sensing_delay_s` with which a scan of the simulated lidar is not old by its stamp before the next one comes:
+    /// otherwise the robot would stop again and again.
+    pub(crate) fn largest_sensing_delay_s(&self) -> f64 {
+        let SimulationSettings { lidar, stamps_sensing_delay, .. } = &self.simulation;
         if self.simulator.is_set() || !stamps_sensing_delay {
-            return Ok(());
+            return f64::INFINITY;
         }
         let period_s = lidar.scan_rate_hz.map_or(0.0, f64::recip);
         let layer = &self.collision_monitor;
         let layer_s = if layer.enabled { layer.source_timeout } else { f64::INFINITY };
         // Rounded for the message.
-        let largest_s =
-            ((self.navigator.scan_timeout_s.min(layer_s) - period_s) * 1e6).round() / 1e6;
+        ((self.navigator.scan_timeout_s.min(layer_s) - period_s) * 1e6).round() / 1e6
+    }
+
+    /// Checks the delays against [`Self::largest_sensing_delay_s`].
+    fn check_scan_age(&self) -> Result<(), SettingError> {
+        let SimulationSettings { sensing_delay_s, plant_ranges, .. } = &self.simulation;
+        let largest_s = self.largest_sensing_delay_s();
         let expected = "at most scan_timeout_s in [navigator] and source_timeout in [collision_monitor], less the time \
             between two scans";
-        require(*sensing_delay_s <= largest_s + 1e-9, "sensing_delay_s", *sensing_delay_s, expected)
-            .map_err(|error| error.with_bound(largest_s).in_table("simulation"))
+        let check = |delay_s: f64| {
+            require(delay_s <= largest_s + 1e-9, "sensing_delay_s", delay_s, expected)
+                .map_err(|error| error.with_bound(largest_s))
+        };
+        check(*sensing_delay_s).map_err(|error| error.in_table("simulation"))?;
+        // A slow lidar is no error of a file that does not set the range: its missions draw from what is left of it.
+        let [_, latest_s] = plant_ranges.sensing_delay_s;
+        if plant_ranges.sensing_delay_s == PlantRanges::default().sensing_delay_s {
+            return Ok(());
+        }
+        check(latest_s).map_err(|error| error.in_table("simulation.plant_ranges"))
     }
 
     /// Creates the protective layer of this robot's sender, which sends a command in each period, seconds. It is not armed.

@@ -28,7 +28,8 @@ settings! {
     pub struct PlantRanges {
         /// Time until the base acts on a command. With `sensing_delay_s` the total latency is 0.05 to 0.3 s.
         pub command_delay_s: [f64; 2] = [0.02, 0.15], ["s", 0 to 2];
-        /// Age of scan, odometry and fixes when the control loop gets them.
+        /// Age of scan, odometry and fixes when the control loop gets them. The default range is cut to what the time between two
+        /// scans leaves of `navigator.scan_timeout_s`; another range must leave that time.
         pub sensing_delay_s: [f64; 2] = [0.03, 0.15], ["s", 0 to 0.8];
         /// Time constant of the motors: a payload makes them slower.
         pub motor_lag_s: [f64; 2] = [0.05, 0.15], ["s", 0 to 2];

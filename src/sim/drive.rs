@@ -98,7 +98,7 @@ impl SimBase {
     /// # Errors
     /// As [`SimBase::new`].
     pub fn of(config: &Config, pose: Pose, seed: u64) -> Result<Self, SimError> {
-        let simulation = draw_plant(&config.simulation, seed);
+        let simulation = draw_plant(config, seed);
         let (dynamics, noise) = (simulation.dynamics, simulation.odometry);
         let base =
             Self::new(config.robot.drive(), config.robot.limits, dynamics, noise, pose, seed)?;

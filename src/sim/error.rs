@@ -82,11 +82,23 @@ pub enum SimError {
         /// The other key.
         other: &'static str,
     },
+    /// A moving obstacle touches the robot before anything moves.
+    #[error(
+        "touches the robot at its start ({x:.2}, {y:.2}): move one of them, or let the obstacle appear later with appears_at_s"
+    )]
+    TouchesRobot {
+        /// The start of the robot, metres.
+        x: f64,
+        /// The start of the robot, metres.
+        y: f64,
+    },
     /// A point of a moving obstacle is outside the map.
     #[error(
         "({x}, {y}) lies outside the map, which ends within ({width_m} m, {height_m} m) of its origin: move the point or the map"
     )]
     OutsideMap {
+        /// Key of the point.
+        key: &'static str,
         /// The point, metres.
         x: f64,
         /// The point, metres.
@@ -130,8 +142,10 @@ impl SimError {
     /// The key of a file of moving obstacles whose value is wrong; none for an error of something else.
     pub(super) fn key(&self) -> Option<&'static str> {
         match self {
+            Self::Setting(error) if error.name.contains("keyframe") => Some("keyframes"),
+            Self::Setting(error) if error.name.contains("route") => Some("route"),
             Self::Setting(error) => Some(error.name),
-            Self::ConflictingKeys { key, .. } => Some(key),
+            Self::ConflictingKeys { key, .. } | Self::OutsideMap { key, .. } => Some(key),
             _ => None,
         }
     }

@@ -170,10 +170,7 @@ impl MovingObstacles {
         ground: &ObstacleGrid,
         seed: u64,
     ) -> Result<Self, SimError> {
-        let is_toml = Path::new(file)
-            .extension()
-            .is_some_and(|extension| extension.eq_ignore_ascii_case("toml"));
-        let entries = if is_toml {
+        let entries = if is_toml(file) {
             toml::from_str::<Document>(text).map(|document| document.obstacles).map_err(|error| {
                 let before = error.span().map_or("", |span| &text[..span.start]);
                 let line = before.matches('\n').count() + 1;
@@ -192,40 +189,66 @@ impl MovingObstacles {
             .enumerate()
             .map(|(index, entry)| {
                 // Drawn for each entry, so that a change of one obstacle leaves the others unchanged.
-                entry.moving(ground, seeds.random()).map_err(|reason| {
-                    let key = reason.key().unwrap_or_default();
-                    let line = if is_toml {
-                        line_in_toml(&format!("obstacles.{index}.{key}"), text)
-                    } else {
-                        line_in_json(&format!("{index}.{key}"), text)
-                    };
-                    SimError::InvalidObstacle {
-                        file: file.to_owned(),
-                        line: line.unwrap_or(1),
-                        index,
-                        reason: Box::new(reason),
-                    }
-                })
+                let moving = entry.moving(ground, seeds.random());
+                moving.map_err(|reason| invalid(index, reason, text, file))
             })
             .collect::<Result<Vec<_>, _>>()
             .map(Self::new)
     }
+
+    /// Rejects obstacles of a file that touch a robot at its start: the mission would end with contact before the robot moves.
+    ///
+    /// # Errors
+    /// [`SimError::InvalidObstacle`] for the first such obstacle, with its line.
+    pub fn check_start(
+        &self,
+        file: &Path,
+        robot: &Pose,
+        footprint: &Footprint,
+    ) -> Result<(), SimError> {
+        let touches =
+            |disc: MovingDisc| footprint.gap_to_disc_m(robot, &disc.center(), disc.radius) <= 0.0;
+        let states = self.states();
+        let Some(index) = states.into_iter().position(|disc| disc.is_some_and(touches)) else {
+            return Ok(());
+        };
+        let reason = SimError::TouchesRobot { x: robot.x, y: robot.y };
+        let text = read_text(file).unwrap_or_default();
+        Err(invalid(index, reason, &text, &file.display().to_string()))
+    }
+}
+
+fn is_toml(file: &str) -> bool {
+    let extension = Path::new(file).extension();
+    extension.is_some_and(|extension| extension.eq_ignore_ascii_case("toml"))
+}
+
+/// The error of an obstacle, with its place in the text of the file.
+fn invalid(index: usize, reason: SimError, text: &str, file: &str) -> SimError {
+    let key = reason.key().unwrap_or_default();
+    let line = if is_toml(file) {
+        line_in_toml(&format!("obstacles.{index}.{key}"), text)
+    } else {
+        line_in_json(&format!("{index}.{key}"), text)
+    };
+    let (file, line) = (file.to_owned(), line.unwrap_or(1));
+    SimError::InvalidObstacle { file, line, index, reason: Box::new(reason) }
 }
 
 impl Entry {
     fn moving(&self, ground: &ObstacleGrid, seed: u64) -> Result<MovingObstacle, SimError> {
         self.check_keys()?;
-        let (moving, points) = if let Some(keyframes) = &self.keyframes {
+        let (moving, points): (_, Vec<_>) = if let Some(keyframes) = &self.keyframes {
             let keys: Vec<(f64, Point)> =
                 keyframes.iter().map(|&[time_s, x, y]| (time_s, Point::new(x, y))).collect();
             let moving =
                 MovingObstacle::timed_path(self.radius, TimedPath::new(&keys, self.loop_s)?)?;
-            (moving, keys.iter().map(|key| key.1).collect())
+            (moving, keys.iter().map(|key| ("keyframes", key.1)).collect())
         } else {
             let start = Point::new(needed("x", self.x)?, needed("y", self.y)?);
             let speed = needed("speed", self.speed)?;
             if let Some(wander_m) = self.wander_m {
-                check_inside(&start, ground.frame())?;
+                check_inside("x", &start, ground.frame())?;
                 let moving = MovingObstacle::random_waypoint(
                     self.radius,
                     speed,
@@ -234,16 +257,17 @@ impl Entry {
                     ground,
                     seed,
                 )?;
-                (moving, vec![start])
+                (moving, Vec::new())
             } else {
                 let route = self.route.iter().flatten();
-                let further = route.map(|&[x, y]| Point::new(x, y));
-                let points: Vec<Point> = core::iter::once(start).chain(further).collect();
-                (MovingObstacle::patrol(self.radius, speed, points.clone())?, points)
+                let further = route.map(|&[x, y]| ("route", Point::new(x, y)));
+                let points: Vec<_> = core::iter::once(("x", start)).chain(further).collect();
+                let places = points.iter().map(|point| point.1).collect();
+                (MovingObstacle::patrol(self.radius, speed, places)?, points)
             }
         };
-        for point in &points {
-            check_inside(point, ground.frame())?;
+        for (key, point) in &points {
+            check_inside(key, point, ground.frame())?;
         }
         let moving = match self.yields {
             Some(yields) => moving.yielding(yields),
@@ -294,11 +318,12 @@ fn needed(key: &'static str, value: Option<f64>) -> Result<f64, SimError> {
     value.ok_or(SimError::MissingKey { key })
 }
 
-fn check_inside(point: &Point, frame: &GridFrame) -> Result<(), SimError> {
+fn check_inside(key: &'static str, point: &Point, frame: &GridFrame) -> Result<(), SimError> {
     if frame.cell_of(point).is_some() {
         return Ok(());
     }
     Err(SimError::OutsideMap {
+        key,
         x: point.x,
         y: point.y,
         width_m: f64::from(frame.width) * frame.resolution_m,

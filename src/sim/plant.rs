@@ -6,13 +6,14 @@ use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
 use super::{Lidar, OdometryNoise, RngStream, generator};
-use crate::runtime::{PlantKind, SimulationSettings};
+use crate::runtime::{Config, PlantKind, SimulationSettings};
 
 /// Returns the settings of the simulation with the true values of one mission. An agreeing plant has the values of the settings; for
 /// a disagreeing plant they are drawn from the ranges. The same seed gives the same values. The kind of the result is agreeing, so
-/// that the result describes the mission without the seed.
+/// that the result describes the mission without the seed. The delay of the scans is at most what the lidar's period permits.
 #[must_use]
-pub fn draw_plant(settings: &SimulationSettings, seed: u64) -> SimulationSettings {
+pub fn draw_plant(config: &Config, seed: u64) -> SimulationSettings {
+    let settings = &config.simulation;
     if settings.plant == PlantKind::Agreeing {
         return *settings;
     }
@@ -23,7 +24,9 @@ pub fn draw_plant(settings: &SimulationSettings, seed: u64) -> SimulationSetting
     // All values are drawn in a fixed order, so that a change of one range leaves the others unchanged.
     let dynamics = &mut drawn.dynamics;
     dynamics.command_delay_s = uniform(&mut rng, ranges.command_delay_s);
-    drawn.sensing_delay_s = uniform(&mut rng, ranges.sensing_delay_s);
+    let longest_s = config.largest_sensing_delay_s();
+    let delays_s = ranges.sensing_delay_s.map(|delay_s| delay_s.min(longest_s));
+    drawn.sensing_delay_s = uniform(&mut rng, delays_s);
     dynamics.motor_lag_s = uniform(&mut rng, ranges.motor_lag_s);
     dynamics.acceleration_ratio = uniform(&mut rng, ranges.acceleration_ratio);
     dynamics.braking_ratio = uniform(&mut rng, ranges.braking_ratio);

@@ -67,7 +67,7 @@ impl ProcessRobot {
             ));
         }
         let obstacles = simulation.true_obstacles(config);
-        let lidar = draw_plant(&config.simulation, *seed).lidar;
+        let lidar = draw_plant(config, *seed).lidar;
         let first = Request::Simulate(Box::new(Simulate {
             protocol: PROTOCOL,
             period_s: config.local.control_period_s,

@@ -62,7 +62,7 @@ impl<B: Robot> SimulatedRobot<B> {
         let Simulation { mission, seed, .. } = simulation;
         let limits = config.robot.limits;
         let sender = ProtectedSender::new(config)?;
-        let plant = draw_plant(&config.simulation, *seed);
+        let plant = draw_plant(config, *seed);
         let blind_sector = FaultInjection::blind_sector(&plant.lidar);
         let faults = simulation.faults.iter().copied().chain(blind_sector).collect();
         let positioning = match config.pose_source {

@@ -37,7 +37,7 @@ impl Simulation {
     /// The true static obstacles: those of [`Self::truth`] or of the map, with the error of the map.
     #[must_use]
     pub fn true_obstacles(&self, config: &Config) -> ObstacleGrid {
-        let error_m = draw_plant(&config.simulation, self.seed).map_error_m;
+        let error_m = draw_plant(config, self.seed).map_error_m;
         let known = || self.mission.map.obstacles(config.unknown);
         let truth = self.truth.clone().unwrap_or_else(known);
         if error_m > 0.0 { warped(&truth, error_m, self.seed) } else { truth }

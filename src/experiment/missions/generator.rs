@@ -87,7 +87,7 @@ impl MissionSite {
         } else {
             (self.obstacles.clone(), 0)
         };
-        let pedestrians = draw_plant(&config.simulation, seed).pedestrians;
+        let pedestrians = draw_plant(config, seed).pedestrians;
         let (traffic, moving_obstacles) = traffic(rules, pedestrians, &truth, path, &mut rng);
         let path_m = path.length_m();
         let goal = Goal { position: goal, yaw: Some(goal_yaw) };

@@ -287,13 +287,22 @@ fn every_key_of_obstacle_files_is_in_the_book_and_in_the_example() {
     }
 }
 
+/// The first obstacle appears later, and the robot has left by then.
 #[test]
-fn obstacle_inside_robot_collides_at_once() {
+fn obstacle_that_touches_the_robot_at_its_start_is_unusable_input() {
     let place = room();
-    place.write("in.json", r#"[{"x": 1.5, "y": 2.5, "radius": 0.3, "speed": 0.0}]"#);
-    let (status, object) = place.json(&format!("{DRIVE} --obstacles in.json"));
-    assert_eq!((status, &object["collided"], &object["reached"]), (1, &json!(true), &json!(false)));
-    assert_eq!(object["travelled_m"], 0.0);
+    let later = r#"{"x": 1.5, "y": 2.5, "radius": 0.3, "speed": 0.0, "appears_at_s": 60}"#;
+    let at = |x: f64| {
+        format!(r#"[{later},{}{{"x": {x}, "y": 2.5, "radius": 0.3, "speed": 0.0}}]"#, '\n')
+    };
+    place.write("in.json", at(2.1));
+    let refusal = place.refusal(&format!("{DRIVE} --obstacles in.json"));
+    let expected = "in.json: line 2: obstacle 1: touches the robot at its start (1.50, 2.50): move";
+    assert!(refusal.contains(expected), "{refusal}");
+    // The robot is 0.7 m long.
+    place.write("next.json", at(2.2));
+    let (_, object) = place.json(&format!("{DRIVE} --time-limit 1 --obstacles next.json"));
+    assert_eq!(object["collided"], false, "{object}");
 }
 
 #[test]

@@ -68,6 +68,28 @@ fn plan_leads_around_a_closed_zone_and_the_picture_shows_it() {
     assert!(!picture.contains("class=\"slow-zone\""));
 }
 
+/// The robot would have room between the walls: the message must not look for an obstacle there.
+#[test]
+fn path_that_closed_zones_block_is_reported_with_them() {
+    let place = hall();
+    write_map(
+        &place,
+        "all",
+        TRINARY,
+        |column, _| if (80..130).contains(&column) { 0 } else { 254 },
+    );
+    for command in ["plan", "drive --engine cpu"] {
+        let run = place.run(&format!("{command} {ENDS} --keepout all.yaml"));
+        assert_eq!(run.status, 1, "{run:?}");
+        let note = "; the closed zones of --keepout count as obstacles";
+        assert!(run.stdout.trim_end().ends_with(note), "{run:?}");
+        let refusal = place.refusal(&format!(
+            "{command} --map hall.yaml --start 2,2 --goal 3.9,2 --keepout all.yaml"
+        ));
+        assert!(refusal.contains("GOAL_OCCUPIED") && refusal.contains(note), "{refusal}");
+    }
+}
+
 #[test]
 fn drive_keeps_zones_and_its_recording_has_them() {
     let place = hall();

@@ -102,6 +102,25 @@ fn unusable_range_is_shown_as_written() {
     assert!(refusal.contains(shown), "{refusal}");
 }
 
+/// Without the reason, a goal off the map would look like settings that gain nothing.
+#[test]
+fn search_without_an_arrival_names_the_faults_and_has_exit_status_one() {
+    let place = place();
+    let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
+    place.write("plans/off.toml", plan.replace("goal = [1, 1.5]", "goal = [1, 99]"));
+    let run = place.run("tune plans/off.toml");
+    assert_eq!(run.status, 1, "{run:?}");
+    let has = |line: &str| run.stdout.lines().any(|other| other == line);
+    assert!(has("other worlds: no run reached its goal"), "{run:?}");
+    assert!(run.stdout.contains("\nother worlds: faults: GOAL_OUTSIDE_MAP: "), "{run:?}");
+    assert!(!run.stdout.contains("search: "), "{run:?}");
+    place.write("plans/off.toml", plan.replace("goal = [5, 1.5]", "goal = [5, 2.95]"));
+    let (status, object) = place.json("tune plans/off.toml");
+    assert_eq!((status, &object["faults"]["judge"]), (1, &Value::Null), "{object}");
+    // Two candidates in each of two rounds, and the settings without changes.
+    assert_eq!(object["faults"]["train"], "GOAL_OCCUPIED: 5", "{object}");
+}
+
 #[test]
 fn world_of_the_search_cannot_judge() {
     let place = place();

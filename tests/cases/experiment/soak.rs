@@ -149,7 +149,7 @@ fn row_of_a_disagreeing_plant_holds_what_was_drawn() {
     config.simulation.plant = PlantKind::Disagreeing;
     let row = run(&config);
     assert_eq!(row, run(&config));
-    let drawn = draw_plant(&config.simulation, 5);
+    let drawn = draw_plant(&config, 5);
     assert_eq!(row.command_delay_s, Some(drawn.dynamics.command_delay_s));
     assert_eq!(row.sensing_delay_s, Some(drawn.sensing_delay_s));
     assert_eq!(row.braking_ratio, Some(drawn.dynamics.braking_ratio));

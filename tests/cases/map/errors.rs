@@ -70,6 +70,8 @@ resolution: 0.05 -> metres: 0.05 -> needs the key `resolution`
 resolution: 0.05 ->  -> needs the key `resolution`
 image: map.pgm ->  -> needs the key `image`
 origin: [0, 0, 0] ->  -> needs the key `origin`
+negate: 0 -> negate: 7 -> line 4; `negate` is 7; 0, 1, true or false
+negate: 0 -> negate: -2 -> line 4; `negate` is -2; 0, 1, true or false
 negate: 0 ->  -> needs the key `negate`
 free_thresh: 0.196 ->  -> needs the key `free_thresh`
 occupied_thresh: 0.65 -> occ_thresh: 0.65 -> has `occ_thresh`, needs `occupied_thresh`

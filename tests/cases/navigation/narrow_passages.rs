@@ -145,6 +145,59 @@ fn failed_request_names_the_nearest_point_beyond_a_door_without_another_usual_se
     assert_eq!(readings.get(), 8);
 }
 
+/// Next to a wall the body fits only in some directions. The goal is at fault, not the way to it.
+#[test]
+fn goal_without_room_to_turn_is_occupied_and_the_message_says_what_is_missing() {
+    let (obstacles, mut planner) = (room(0.8, 0.0), planner(|_| {}));
+    let start = Point::new(2.0, 4.5);
+    let mut named = 0;
+    // From the wall on, and into the corner.
+    for step in 0..20 {
+        let off_m = 0.3 + 0.01 * f64::from(step);
+        for goal in [Point::new(4.0, off_m), Point::new(off_m, off_m + 0.05)] {
+            let Err(error) = planner.plan(&obstacles, start, goal, &mut || 0.0) else { continue };
+            let PlanError::GoalOccupied { why, .. } = &error else { panic!("{error}") };
+            if why.contains("the robot cannot turn there") {
+                let distance =
+                    format!("less than {:.3} m from an obstacle", planner.least_radius_m());
+                assert!(why.contains(&distance), "{why}");
+                assert!(why.contains("; the reachable point nearest to it is ("), "{why}");
+                named += 1;
+            }
+        }
+    }
+    assert!(named > 0, "the body fits in some directions at one of the goals");
+}
+
+/// The circle around this robot fits nowhere in its corridor, which a wall ends.
+#[test]
+fn missing_path_of_a_long_robot_is_that_of_its_body() {
+    let frame = GridFrame { width: 300, height: 60, resolution_m: 0.05, origin: Pose::default() };
+    let mut obstacles = ObstacleGrid::filled(frame, false);
+    add_border(&mut obstacles);
+    (0..60).for_each(|row| obstacles.set(Cell::new(150, row), true));
+    let body = Polygon::rectangle(3.2, 0.8).expect("a rectangle");
+    let settings = NavigatorSettings::default();
+    let (body, global) = (Footprint::covering(body), global::Settings::default());
+    let mut planner = RoutePlanner::new(&body, &settings, global, 0.05);
+    let mut plan =
+        |x| planner.plan(&obstacles, Point::new(2.5, 1.5), Point::new(x, 1.5), &mut || 0.0);
+    plan(5.0).expect("the way along the corridor is free");
+    let error = plan(12.0).expect_err("a wall");
+    assert_eq!(error.code(), "NO_VALID_PATH");
+    let message = error.to_string();
+    assert!(
+        message.contains("has room for the robot, 0.")
+            && message.contains(" around it where it turns"),
+        "{message}"
+    );
+    assert!(
+        !message.contains("smaller radius") && !message.contains("cells searched"),
+        "{message}"
+    );
+    assert_eq!(plan(14.9).expect_err("in the wall").code(), "GOAL_OCCUPIED");
+}
+
 #[test]
 fn usual_path_is_kept_unless_it_is_much_longer() {
     let with_gap = |gap: i32| {

@@ -8,8 +8,10 @@ use inbye::geometry::{Point, Pose, Twist, Vector};
 use inbye::local::CpuEngine;
 use inbye::map::{OccupancyGrid, TimedScan, UnknownPolicy};
 use inbye::navigator::Goal;
-use inbye::runtime::{Config, Mission, Observer, PoseSource, Robot, SensorData, TickEvent};
-use inbye::sim::{Episode, Lidar, Simulation, World, scenes};
+use inbye::runtime::{
+    Config, Mission, Observer, PlantKind, PoseSource, Robot, SensorData, TickEvent,
+};
+use inbye::sim::{Episode, Lidar, Simulation, World, draw_plant, scenes};
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
@@ -241,6 +243,25 @@ fn revolution_fits_into_the_time_between_two_scans() {
     assert!(error.contains("sweep_s is 0.1: it must be at most 1 / scan_rate_hz, 0.05"), "{error}");
     assert!(lidar.sweep_s(0.05).validate().is_ok());
     assert!(Lidar::default().scan_rate_hz(Some(0.0)).validate().is_err());
+}
+
+/// A range of a file is refused; the default one is cut, since a lidar of 5 Hz is no mistake.
+#[test]
+fn scans_of_a_drawn_plant_are_fresh_until_the_next_one() {
+    let mut config = Config::default();
+    config.simulation.plant = PlantKind::Disagreeing;
+    config.simulation.lidar = Lidar::default().scan_rate_hz(Some(5.0));
+    assert_eq!(config.validate(), Ok(()));
+    let delays_s: Vec<f64> =
+        (0..50).map(|seed| draw_plant(&config, seed).sensing_delay_s).collect();
+    assert!(delays_s.iter().all(|delay_s| (0.03..=0.1).contains(delay_s)), "{delays_s:?}");
+    assert!(delays_s.iter().any(|delay_s| *delay_s > 0.09), "{delays_s:?}");
+    config.simulation.plant_ranges.sensing_delay_s = [0.0, 0.1];
+    assert_eq!(config.validate(), Ok(()));
+    config.simulation.plant_ranges.sensing_delay_s = [0.0, 0.12];
+    let error = config.validate().expect_err("0.12 s and 0.2 s").to_string();
+    let place = "[simulation.plant_ranges] sensing_delay_s is 0.12: it must be at most";
+    assert!(error.starts_with(place) && error.ends_with(", 0.1"), "{error}");
 }
 
 #[test]

@@ -359,7 +359,14 @@ fn error_of_an_obstacle_names_the_line_of_its_key() {
                 [[obstacles]]\nx = 1.0\ny = 2.5\nradius = -1.0\nspeed = 0.5\n";
     let json = "[{\"x\": 1, \"y\": 2, \"radius\": 0.3, \"speed\": 1},\n\
                 {\"x\": 1, \"y\": 2,\n\"radius\": 0, \"speed\": 1}]";
+    let route = "[[obstacles]]\nx = 1.0\ny = 2.5\nradius = 0.3\nspeed = 0.5\nroute = [[2.0, 2.5],\n[99.0, 2.5]]\n";
+    let start =
+        "[[obstacles]]\nradius = 0.3\nspeed = 0.5\nx = 99.0\ny = 2.5\nroute = [[2.0, 2.5]]\n";
+    let keys = "[[obstacles]]\nradius = 0.3\nkeyframes = [[1.0, 2.0, 2.5], [0.5, 2.0, 2.5]]\n";
     for (file, text, expected) in [
+        ("a.toml", route, "a.toml: line 6: obstacle 0: (99, 2.5) lies outside"),
+        ("a.toml", start, "a.toml: line 4: obstacle 0: (99, 2.5) lies outside"),
+        ("a.toml", keys, "a.toml: line 3: obstacle 0: time of a keyframe is 0.5"),
         ("a.toml", toml, "a.toml: line 9: obstacle 1: radius is -1"),
         ("a.json", json, "a.json: line 3: obstacle 1: radius is 0"),
     ] {

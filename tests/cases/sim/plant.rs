@@ -35,15 +35,16 @@ fn drive(base: &mut SimBase, command: Twist, ticks: u32) {
 
 #[test]
 fn disagreeing_plant_is_drawn_within_its_ranges_by_the_seed() {
-    let mut settings = SimulationSettings::default();
-    assert_eq!(draw_plant(&settings, 7), settings, "an agreeing plant is the settings");
-    settings.plant = PlantKind::Disagreeing;
+    let mut config = Config::default();
+    assert_eq!(draw_plant(&config, 7), config.simulation, "an agreeing plant is the settings");
+    config.simulation.plant = PlantKind::Disagreeing;
+    let settings = config.simulation;
     let ranges = settings.plant_ranges;
     let mut totals: Vec<f64> = Vec::new();
     let mut blind = 0;
     for seed in 0..500 {
-        let drawn = draw_plant(&settings, seed);
-        assert_eq!(drawn, draw_plant(&settings, seed));
+        let drawn = draw_plant(&config, seed);
+        assert_eq!(drawn, draw_plant(&config, seed));
         assert!(drawn.validate().is_ok(), "seed {seed}");
         let dynamics = drawn.dynamics;
         for (value, [least, largest]) in [

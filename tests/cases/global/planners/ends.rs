@@ -1,7 +1,8 @@
 //! Error messages for invalid ends and settings.
 
-use inbye::geometry::Point;
+use inbye::geometry::{Point, Pose};
 use inbye::global::{Heuristic, PlanError, PlanningSpace, Searcher, Settings, plan};
+use inbye::map::{FreeSpace, GridFrame, ObstacleGrid};
 
 use super::{WORKINGS, free_space, query};
 
@@ -81,6 +82,26 @@ fn plan_rejects_ends_that_are_not_finite_and_maps_without_free_cells() {
         let message = error.to_string();
         assert!(message.contains("the map has no free cell"), "{message}");
     }
+}
+
+/// The bounding box of a turned map contains points that are off the map.
+#[test]
+fn place_off_a_turned_map_is_told_the_corners() {
+    let frame = GridFrame::new(40, 20, 0.5, Pose::new(1.0, 2.0, 0.6)).expect("a size");
+    let space = FreeSpace::new(&ObstacleGrid::filled(frame, false), 0.3);
+    let inside = frame.origin.transform(&Point::new(5.0, 5.0));
+    let error = query(&space, Point::new(0.5, 2.0), inside).expect_err("off the map").to_string();
+    let expected = "START_OUTSIDE_MAP: start (0.50, 2.00) is off the map, which is turned by 0.600 rad and has the corners \
+        (1.00, 2.00), (17.51, 13.29), (11.86, 21.55), (-4.65, 10.25): the nearest free point is (";
+    assert!(error.starts_with(expected), "{error}");
+}
+
+#[test]
+fn path_within_a_cell_is_straight() {
+    let space = free_space(&WORKINGS, 0.0);
+    let here = Point::new(-8.7, 21.3);
+    let plan = query(&space, here, here).expect("free");
+    assert_eq!((plan.raw.turns(), plan.raw.length_m()), (0, 0.0));
 }
 
 /// Each cell of the room touches a wall.
