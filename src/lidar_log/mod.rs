@@ -36,10 +36,13 @@ const MAX_BYTES: u64 = 1 << 30;
 /// Time between the records of a log whose stamps do not advance, seconds.
 const ASSUMED_PERIOD_S: f64 = 0.1;
 
-/// A longer and faster step of the odometry is no motion of the robot, metres and metres per second. Scans of real logs are up to
-/// a metre apart, and those that came in bursts share a stamp.
-const JUMP_M: f64 = 5.0;
-const JUMP_M_S: f64 = 10.0;
+/// A longer and faster step of the odometry is no motion of a robot: metres or radians, and these per second. Scans of real logs
+/// that came in bursts share a stamp, and are up to a metre or half a radian apart. Robots with wheels drive at up to 5 m/s and
+/// turn at up to 7 rad/s.
+const JUMP: f64 = 1.0;
+const JUMP_PER_S: f64 = 10.0;
+/// The time of a step in a log whose stamps do not advance, seconds.
+const LONGEST_STEP_S: f64 = 1.0;
 
 /// The first bytes of files that are no texts, what they are, and what to do.
 const OTHER_KINDS: [(&[u8], &str, &str); 5] = [
@@ -105,6 +108,17 @@ pub struct LidarLog {
     pub has_times: bool,
     /// Number of the last line, from one, where it was cut off and is left out: the logger was killed.
     pub cut_line: Option<usize>,
+}
+
+/// A step of the odometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OdometryStep {
+    /// The time after it, seconds.
+    pub time_s: f64,
+    /// Its length, metres.
+    pub distance_m: f64,
+    /// The angle by which it turns, radians, zero or more.
+    pub turn_rad: f64,
 }
 
 impl LidarLog {
@@ -181,18 +195,37 @@ impl LidarLog {
         Some(first.corrected.unwrap_or(first.odometry))
     }
 
-    /// The first jump of the odometry: its length in metres, and the time after it in seconds. A step of over 5 m from one record to
-    /// the next at over 10 m/s counts as one.
+    /// The first step of the odometry from one record to the next that no robot drives: over 1 m at over 10 m/s, or over 1 rad at
+    /// over 10 rad/s.
     #[must_use]
-    pub fn odometry_jump(&self) -> Option<(f64, f64)> {
-        let steps = self.records.windows(2).map(|pair| {
-            let step_m = (pair[1].odometry.position() - pair[0].odometry.position()).norm();
-            (step_m, pair[1].time_s - pair[0].time_s, pair[1].time_s)
-        });
-        let mut jumps =
-            steps.filter(|(step_m, took_s, _)| *step_m > JUMP_M && *step_m > JUMP_M_S * took_s);
-        jumps.next().map(|(step_m, _, time_s)| (step_m, time_s))
+    pub fn odometry_jump(&self) -> Option<OdometryStep> {
+        (1..self.records.len()).find_map(|record| self.jump_to(record))
     }
+
+    /// The step to a record from the one before, if no robot drives it.
+    pub(crate) fn jump_to(&self, record: usize) -> Option<OdometryStep> {
+        let [from, to] = self.records.get(record.checked_sub(1)?..=record)? else {
+            return None;
+        };
+        let took_s = if self.has_times { to.time_s - from.time_s } else { LONGEST_STEP_S };
+        let step = step(from, to);
+        let is_fast = |size: f64| size > JUMP && size > JUMP_PER_S * took_s;
+        (is_fast(step.distance_m) || is_fast(step.turn_rad)).then_some(step)
+    }
+
+    /// The step of the odometry to the scan of a record, from the scan before it. None if there is none before.
+    #[must_use]
+    pub fn step_to_scan(&self, record: usize) -> Option<OdometryStep> {
+        let to = self.records.get(record)?;
+        let from = self.records[..record].iter().rfind(|record| record.scan.is_some())?;
+        Some(step(from, to))
+    }
+}
+
+fn step(from: &LogRecord, to: &LogRecord) -> OdometryStep {
+    let moved = from.odometry.inverse_transform_pose(&to.odometry);
+    let distance_m = moved.position().to_vector().norm();
+    OdometryStep { time_s: to.time_s, distance_m, turn_rad: moved.yaw.abs() }
 }
 
 /// Whether most pairs of scans have different stamps.
@@ -282,9 +315,18 @@ mod tests {
     fn jump_of_the_odometry_is_found() {
         let log = LidarLog::parse(RAW).expect("it is valid");
         assert_eq!(log.odometry_jump(), None);
-        let log = LidarLog::parse(&RAW.replace("0.3 0 0 0.2", "50.3 0 0 50.2"));
-        let (step_m, time_s) = log.expect("it is valid").odometry_jump().expect("a jump");
-        assert!((step_m - 50.1).abs() < 1e-9 && time_s == 2.5, "{step_m} {time_s}");
+        // 50 m and 10 m in a second, 3 rad in 0.2 s. The robot may turn by 1.5 rad in that time, and stamps may be late.
+        for (moved, is_jump) in [
+            ("50.2 0 0 2.5", true),
+            ("10.2 0 0 2.5", true),
+            ("0.2 0 3 1.7", true),
+            ("0.2 0 1.5 1.7", false),
+            ("1.0 0 0 1.5001", false),
+        ] {
+            let text = RAW.replace("0.2 0 0 2.5 host", &format!("{moved} host"));
+            let jump = LidarLog::parse(&text).expect("it is valid").odometry_jump();
+            assert_eq!(jump.is_some(), is_jump, "{moved}: {jump:?}");
+        }
     }
 
     #[test]
