@@ -52,7 +52,14 @@ impl LogFileArguments {
                     bail!("{name}: {} is no recording of ROS 2", path.display());
                 }
             }
-            return Ok(LidarLog::read(path)?);
+            let log = LidarLog::read(path)?;
+            if let Some(line) = log.cut_line {
+                output::warn(format!(
+                    "{}: line {line} was cut off and is left out",
+                    path.display()
+                ));
+            }
+            return Ok(log);
         }
         self.read_recording(&files)
     }

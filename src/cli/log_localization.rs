@@ -8,12 +8,13 @@ use inbye::bench::{LogLocalization, LogRelations, RelationErrors, localize_log};
 use inbye::geometry::Pose;
 use inbye::lidar_log::LidarLog;
 use inbye::map::OccupancyGrid;
-use inbye::mapping::{log_scans, render};
+use inbye::mapping::{LogScan, check_ranges, log_scans, render};
 use inbye::trajectory::{ErrorStatistics, RelationError, read_relations};
 
 use super::arguments::real;
 use super::localization::{LocalizationArguments, settings};
 use super::log_file::LogFileArguments;
+use super::map_log::warn_of_jump;
 use super::{machine, map_file, output};
 
 /// The flags of drives, which a log does not have.
@@ -68,20 +69,22 @@ impl TruthArguments {
     }
 }
 
-/// Localizes over a log. Returns false if the localizer was lost after the last scan.
+/// Localizes over a log. Returns false if the localizer was lost after the last scan, or after more than half of the scans.
 pub fn run(arguments: &LocalizationArguments, file: &Path) -> anyhow::Result<bool> {
     let log = arguments.log.file.read(file).context("--log")?;
     let truth = arguments.log.truth.read(&log)?;
+    ensure!(log.scans() > 0, "--log {}: it has no scans", file.display());
+    let scans = log_scans(&log);
+    check_ranges(&scans).with_context(|| format!("--log {}", file.display()))?;
+    warn_of_jump(file.display(), &log);
     let config = settings(arguments)?;
     let resolution_m = arguments.resolution.of(arguments.map.as_deref())?;
     let map = match &arguments.map {
         Some(map) => map_file::load(map, resolution_m)?,
-        None => own_map(&log, file)?,
+        None => own_map(&scans, file)?,
     };
     let start = arguments.start.as_ref().map(super::arguments::Place::pose).or_else(|| log.start());
-    let Some(start) = start else {
-        bail!("--log {}: it has no scans", file.display());
-    };
+    let start = start.unwrap_or_default();
     check_start(arguments, &map, &start)?;
     let mut clock = machine::wall_clock();
     let obstacles = map.obstacles(config.unknown);
@@ -91,7 +94,7 @@ pub fn run(arguments: &LocalizationArguments, file: &Path) -> anyhow::Result<boo
         arguments.log.truth.warn_if_unused(&log, truth, result.relations.is_some());
     }
     output::result(&result, lines(&result))?;
-    Ok(!result.is_lost_at_end)
+    Ok(!result.is_lost_at_end && 2 * result.lost_scans <= result.scans)
 }
 
 /// An error for a start outside the map: no scan matches there.
@@ -117,8 +120,7 @@ fn check_start(
 }
 
 /// The map that the corrected poses of a log show.
-fn own_map(log: &LidarLog, file: &Path) -> anyhow::Result<OccupancyGrid> {
-    let scans = log_scans(log);
+fn own_map(scans: &[LogScan], file: &Path) -> anyhow::Result<OccupancyGrid> {
     let known = scans.iter().filter_map(|scan| Some((scan.corrected?, &scan.scan)));
     if known.clone().next().is_none() {
         bail!(

@@ -1,11 +1,12 @@
 //! `inbye map`: a map from the log of a real robot.
 
+use core::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
 use inbye::bench::{corrected_pairs, percentiles};
-use inbye::lidar_log::LidarLog;
+use inbye::lidar_log::{LidarLog, OdometryStep};
 use inbye::mapping::{MappedLog, map_log};
 use inbye::trajectory::{ErrorStatistics, absolute_error};
 use serde_json::json;
@@ -18,7 +19,7 @@ use super::{machine, output};
 /// `inbye map`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye map drive.log --out made.yaml\n\n\
-    Formats: CARMEN (ODOM, FLASER, RLASER, ROBOTLASER1), GMapping's gfs, tinySLAM's dat, and ROS 2 recordings in MCAP (a file or the \
+    Formats: CARMEN (ODOM, FLASER, RLASER, ROBOTLASER1, RAWLASER1), GMapping's gfs, tinySLAM's dat, and ROS 2 recordings in MCAP (a file or the \
     folder of rosbag2) with LaserScan, Odometry and /tf_static. The map is a ROS map_server map, which every command can read. \
     Its image is next to it, and its cells are 0.05 m. The first scan has the log's first pose. The map does not depend on \
     corrected poses of the log. The result is compared with them and, with --relations, with ground truth.\n\
@@ -56,7 +57,7 @@ pub fn run(arguments: &MapLogArguments) -> anyhow::Result<bool> {
     let total_s = clock();
     bar.finish_and_clear();
     let mapped = mapped.with_context(|| arguments.log.display().to_string())?;
-    warn_of_jump(&arguments.log, &log);
+    warn_of_steps(&arguments.log, &log, &mapped);
     warn_of_unmatched(&arguments.log, &log, &mapped);
     let image = output.write(&mapped.map)?;
     let absolute = absolute_error(&corrected_pairs(&log, &mapped.poses));
@@ -78,6 +79,8 @@ pub fn run(arguments: &MapLogArguments) -> anyhow::Result<bool> {
         "scans": log.scans(),
         "nodes": mapped.nodes,
         "unmatched": mapped.unmatched,
+        "odometry_jumps": mapped.odometry_jumps.len(),
+        "gaps": mapped.gaps.len(),
         "loops": mapped.loop_errors_m.len(),
         "loop_error_m": loops,
         "revisits": mapped.revisit_errors_m.len(),
@@ -125,15 +128,49 @@ pub fn run(arguments: &MapLogArguments) -> anyhow::Result<bool> {
     Ok(true)
 }
 
-/// Warns of a jump of the odometry: the map may have two parts that do not fit together.
-fn warn_of_jump(file: &Path, log: &LidarLog) {
-    if let Some((step_m, time_s)) = log.odometry_jump() {
+/// Warns of steps of the odometry that no scan confirms.
+fn warn_of_steps(file: &Path, log: &LidarLog, mapped: &MappedLog) {
+    let file = file.display();
+    let first = |records: &[usize]| {
+        let step = records.first().and_then(|record| log.step_to_scan(*record))?;
+        let places = if records.len() > 1 {
+            format!(", the first of {} places", records.len())
+        } else {
+            String::new()
+        };
+        Some(format!("{}{places}", step_text(&step)))
+    };
+    if let Some(step) = first(&mapped.odometry_jumps) {
         output::warn(format!(
-            "{}: the odometry jumps by {step_m:.1} m, at {time_s:.3} s: the scans before and after that may not fit together; remove \
-             this jump, or split the log",
-            file.display()
+            "{file}: the odometry moves by {step}; the scan matches another place next to the scan before it, and the map follows the \
+             scan: check the map there"
         ));
     }
+    if let Some(step) = first(&mapped.gaps) {
+        output::warn(format!(
+            "{file}: the odometry moves by {step}; the scan matches no scan before it, so that the map before and after it may not fit \
+             together: remove this step, or split the log"
+        ));
+    }
+    if mapped.odometry_jumps.is_empty() && mapped.gaps.is_empty() {
+        warn_of_jump(file, log);
+    }
+}
+
+/// Warns of a step of the odometry that no robot drives.
+pub fn warn_of_jump(file: impl Display, log: &LidarLog) {
+    if let Some(step) = log.odometry_jump() {
+        output::warn(format!(
+            "{file}: the odometry jumps by {}: the scans before and after that may not fit together; remove this jump, or split \
+             the log",
+            step_text(&step)
+        ));
+    }
+}
+
+fn step_text(step: &OdometryStep) -> String {
+    let OdometryStep { time_s, distance_m, turn_rad } = step;
+    format!("{distance_m:.1} m and {turn_rad:.2} rad, at {time_s:.3} s")
 }
 
 /// Warns if most scans do not match others: such a map is worth no more than the odometry.

@@ -12,6 +12,9 @@ use crate::geometry::{Pose, wrap_angle};
 const SAME_M: f64 = 0.02;
 const SAME_RAD: f64 = 0.02;
 
+/// The message with a scan of the front lidar without poses.
+pub(super) const RAW: &str = "RAWLASER1";
+
 /// A scan line as it stands.
 struct Line {
     time_s: f64,
@@ -33,8 +36,11 @@ enum Record {
 /// Reads a log with poses by odometry. If the laser poses of the scans do not keep a fixed place on the robot, they are
 /// corrected ones.
 pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
-    let records = records(text)?;
     let offsets = Offsets::parse(text)?;
+    let mut records = records(text, false)?;
+    if !records.iter().any(|record| matches!(record, Record::Scan(_))) {
+        records = raw_records(text, &offsets)?;
+    }
     let scans = || {
         records.iter().filter_map(|record| match record {
             Record::Scan(line) => Some(line),
@@ -75,7 +81,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
 pub(super) fn parse_gmapping(text: &str) -> Result<Vec<LogRecord>, LogError> {
     let mut parsed = Vec::new();
     let (mut odometry, mut last): (Pose, Option<Pose>) = (Pose::default(), None);
-    for record in records(text)? {
+    for record in records(text, false)? {
         match record {
             Record::Odometry(time_s, pose) => {
                 odometry = last.map_or(pose, |last| {
@@ -101,8 +107,41 @@ pub(super) fn parse_gmapping(text: &str) -> Result<Vec<LogRecord>, LogError> {
     Ok(parsed)
 }
 
-/// Reads all lines. Messages that hold neither scans nor odometry are skipped.
-fn records(text: &str) -> Result<Vec<Record>, LogError> {
+/// Reads all lines of a log whose scans have no poses: they have those by the odometry at their times.
+fn raw_records(text: &str, offsets: &Offsets) -> Result<Vec<Record>, LogError> {
+    let mut records = records(text, true)?;
+    let odometry = records.iter().filter_map(|record| match record {
+        Record::Odometry(time_s, pose) => Some((*time_s, *pose)),
+        Record::Scan(_) => None,
+    });
+    let mut odometry: Vec<(f64, Pose)> = odometry.collect();
+    odometry.sort_by(|one, other| one.0.total_cmp(&other.0));
+    if odometry.is_empty() {
+        let line = text.lines().position(|line| line.starts_with(RAW)).unwrap_or(0) + 1;
+        return Err(LogError::OutOfOrder { line, record: RAW, needed: "ODOM" });
+    }
+    for record in &mut records {
+        if let Record::Scan(line) = record {
+            line.robot = pose_at(&odometry, line.time_s);
+            line.laser = line.robot.transform_pose(&offsets.mount(false));
+        }
+    }
+    Ok(records)
+}
+
+/// The pose at a time, interpolated between poses in the order of their times. Before the first and after the last, it is that
+/// pose.
+fn pose_at(poses: &[(f64, Pose)], time_s: f64) -> Pose {
+    let after = poses.partition_point(|(at_s, _)| *at_s <= time_s).min(poses.len() - 1);
+    let ((start_s, start), (end_s, end)) = (poses[after.saturating_sub(1)], poses[after]);
+    let took_s = end_s - start_s;
+    let fraction = if took_s > 0.0 { (time_s - start_s) / took_s } else { 0.0 };
+    start.interpolate(&end, fraction.clamp(0.0, 1.0))
+}
+
+/// Reads all lines. Messages that hold neither scans nor odometry are skipped, and so are scans without poses unless they are
+/// wanted.
+fn records(text: &str, with_raw: bool) -> Result<Vec<Record>, LogError> {
     let mut records = Vec::new();
     for (index, line) in text.lines().enumerate() {
         let mut words = line.split_whitespace();
@@ -118,6 +157,7 @@ fn records(text: &str) -> Result<Vec<Record>, LogError> {
             "FLASER" => records.push(Record::Scan(old_scan(fields("FLASER"))?)),
             "RLASER" => records.push(Record::Scan(old_scan(fields("RLASER"))?)),
             "ROBOTLASER1" => records.push(Record::Scan(scan(fields("ROBOTLASER1"))?)),
+            RAW if with_raw => records.push(Record::Scan(scan(fields(RAW))?)),
             name if !is_name(name) => {
                 let expected = "the name of a CARMEN message, or #";
                 return Err(fields("a line").bad("first word", name, expected));
@@ -131,7 +171,8 @@ fn records(text: &str) -> Result<Vec<Record>, LogError> {
 /// Whether a word is the name of a message or begins a comment.
 fn is_name(word: &str) -> bool {
     let is_letter = |letter: char| letter.is_ascii_alphanumeric() || "_-()[]".contains(letter);
-    word.starts_with(['#', '%'])
+    // `$` begins a sentence of a GPS receiver (NMEA 0183).
+    word.starts_with(['#', '%', '$'])
         || word.starts_with(|letter: char| letter.is_ascii_alphabetic())
             && word.chars().all(is_letter)
 }
@@ -154,7 +195,8 @@ fn old_scan(mut fields: Fields<'_>) -> Result<Line, LogError> {
     })
 }
 
-/// `ROBOTLASER1`: configuration, readings, remissions, laser pose, robot pose, speeds and safety distances, time.
+/// `ROBOTLASER1`: configuration, readings, remissions, laser pose, robot pose, speeds and safety distances, time. `RAWLASER1` has
+/// no poses, speeds and distances.
 fn scan(mut fields: Fields<'_>) -> Result<Line, LogError> {
     fields.skip(1, "laser type")?;
     let first = fields.number("start angle")?;
@@ -170,9 +212,12 @@ fn scan(mut fields: Fields<'_>) -> Result<Line, LogError> {
     let readings = fields.numbers(count, "readings")?;
     let remissions = fields.count("number of remissions")?;
     fields.skip(remissions, "remissions")?;
-    let laser = fields.pose("laser pose")?;
-    let robot = fields.pose("robot pose")?;
-    fields.skip(5, "speeds and safety distances")?;
+    let (mut laser, mut robot) = (Pose::default(), Pose::default());
+    if fields.record != RAW {
+        laser = fields.pose("laser pose")?;
+        robot = fields.pose("robot pose")?;
+        fields.skip(5, "speeds and safety distances")?;
+    }
     let time_s = fields.number("time")?;
     // The largest value means that nothing was seen.
     let range_max = range_max.next_down();
@@ -214,5 +259,45 @@ impl Offsets {
 
     const fn mount(&self, is_rear: bool) -> Pose {
         if is_rear { Pose::new(self.rear_m, 0.0, PI) } else { Pose::new(self.front_m, 0.0, 0.0) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RAW_LOG: &str = "PARAM robot_frontlaser_offset 0.1\n\
+        ODOM 1 0 0 0 0 0 10 h 10\nRAWLASER1 0 -1 2 1 8 0.01 0 3 1 8 3 2 7 7 10.5 h 10.5\n\
+        ODOM 2 0 0 0 0 0 11 h 11\nRAWLASER1 0 -1 2 1 8 0.01 0 3 1 2 3 0 12.5 h 12.5\n";
+
+    #[test]
+    fn raw_scans_have_the_odometry_of_their_times() {
+        let records = parse(RAW_LOG).expect("it is valid");
+        let scans = records.iter().filter_map(|record| {
+            let ranges =
+                record.scan.as_ref()?.beams.beams.iter().map(|beam| beam.range.is_finite());
+            Some((record.time_s, record.odometry.x, record.corrected, ranges.collect::<Vec<_>>()))
+        });
+        let expected =
+            [(10.5, 1.5, None, vec![true, false, true]), (12.5, 2.0, None, vec![true; 3])];
+        assert_eq!(scans.collect::<Vec<_>>(), expected);
+        let mounts = records.iter().filter_map(|record| record.scan.as_ref()).map(|it| it.mount);
+        assert!(mounts.into_iter().all(|mount| (mount.x - 0.1).abs() < 1e-9));
+    }
+
+    #[test]
+    fn raw_scans_count_only_where_no_scan_has_poses() {
+        let other = "FLASER 1 2 0 0 0 0 0 0 11 h 11\nRAWLASER1 0 not read\n";
+        let records =
+            parse(&format!("{other}{}", "ODOM 0 0 0 0 0 0 1 h 1\n")).expect("it is valid");
+        assert_eq!(records.iter().filter(|record| record.scan.is_some()).count(), 1);
+        let error = parse(&RAW_LOG.replace("ODOM", "OTHER")).expect_err("no odometry").to_string();
+        assert!(error.starts_with("line 3: RAWLASER1 has no ODOM before it"), "{error}");
+    }
+
+    #[test]
+    fn sentences_of_a_gps_receiver_are_skipped() {
+        let records = parse(&format!("$GPGGA,120000,48.1,N,7.8,E,1,8\n{RAW_LOG}"));
+        assert_eq!(records.map(|records| records.len()), Ok(4));
     }
 }

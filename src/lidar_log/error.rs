@@ -23,9 +23,26 @@ pub enum LogError {
     File(#[from] InputFileError),
     /// A file of no known format.
     #[error(
-        "no line begins with FLASER, RLASER, ROBOTLASER1, LASER_READING or 706 numbers: it is no CARMEN, GMapping or tinySLAM log"
+        "no line begins with FLASER, RLASER, ROBOTLASER1, RAWLASER1, LASER_READING or 706 numbers: it is no CARMEN, GMapping or \
+         tinySLAM log"
     )]
     UnknownFormat,
+    /// A CARMEN log without a scan that is read.
+    #[error(
+        "it has no scan that is read: its messages are {found}; scans are read from FLASER, RLASER, ROBOTLASER1 and RAWLASER1"
+    )]
+    NoScans {
+        /// The names of its messages.
+        found: String,
+    },
+    /// A file of another kind.
+    #[error("it is {kind}: {remedy}")]
+    OtherKind {
+        /// What it is.
+        kind: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// A line that ends too early.
     #[error("line {line}: {record} ends before its {field}: the line is cut; remove it")]
     Missing {

@@ -2,7 +2,7 @@
 //!
 //! Three text formats are read; the first significant lines decide the format:
 //!
-//! - CARMEN logs (<http://carmen.sourceforge.net>): `ODOM`, `FLASER`, `RLASER`, `ROBOTLASER1`. They include the
+//! - CARMEN logs (<http://carmen.sourceforge.net>): `ODOM`, `FLASER`, `RLASER`, `ROBOTLASER1`, `RAWLASER1`. They include the
 //!   logs of GMapping's `gfs2log`, whose poses are those of the best particle.
 //! - GMapping's own `.gfs` files: `ODOM`, `LASER_READING`, `SM_UPDATE`, `RESAMPLE`, `SCANMATCH`.
 //! - The `.dat` files of tinySLAM (Steux and El Hamzaoui, "tinySLAM: A SLAM algorithm in less than 200 lines C-language
@@ -17,6 +17,7 @@ mod fields;
 mod gmapping;
 mod tinyslam;
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde::Serialize;
@@ -35,10 +36,26 @@ const MAX_BYTES: u64 = 1 << 30;
 /// Time between the records of a log whose stamps do not advance, seconds.
 const ASSUMED_PERIOD_S: f64 = 0.1;
 
-/// A longer and faster step of the odometry is no motion of the robot, metres and metres per second. Scans of real logs are up to
-/// a metre apart, and those that came in bursts share a stamp.
-const JUMP_M: f64 = 5.0;
-const JUMP_M_S: f64 = 10.0;
+/// A longer and faster step of the odometry is no motion of a robot: metres or radians, and these per second. Scans of real logs
+/// that came in bursts share a stamp, and are up to a metre or half a radian apart. Robots with wheels drive at up to 5 m/s and
+/// turn at up to 7 rad/s.
+const JUMP: f64 = 1.0;
+const JUMP_PER_S: f64 = 10.0;
+/// The time of a step in a log whose stamps do not advance, seconds.
+const LONGEST_STEP_S: f64 = 1.0;
+
+/// The first bytes of files that are no texts, what they are, and what to do.
+const OTHER_KINDS: [(&[u8], &str, &str); 5] = [
+    (b"\x1f\x8b", "compressed", "decompress it with `gunzip`"),
+    (b"\x28\xb5\x2f\xfd", "compressed", "decompress it with `zstd -d`"),
+    (b"\x89MCAP", "a recording in MCAP", "rename it, so that its name ends in .mcap"),
+    (
+        b"#ROSBAG",
+        "a recording of ROS 1",
+        "convert it to MCAP with `rosbags-convert --dst-storage mcap`",
+    ),
+    (b"SQLite format 3", "a recording in SQLite", "convert it to MCAP with `ros2 bag convert`"),
+];
 
 /// The format of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -89,6 +106,19 @@ pub struct LidarLog {
     /// Whether the stamps of the file advance. Otherwise (they are printed with too few digits) each record is 0.1 s after
     /// the one before.
     pub has_times: bool,
+    /// Number of the last line, from one, where it was cut off and is left out: the logger was killed.
+    pub cut_line: Option<usize>,
+}
+
+/// A step of the odometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OdometryStep {
+    /// The time after it, seconds.
+    pub time_s: f64,
+    /// Its length, metres.
+    pub distance_m: f64,
+    /// The angle by which it turns, radians, zero or more.
+    pub turn_rad: f64,
 }
 
 impl LidarLog {
@@ -98,22 +128,40 @@ impl LidarLog {
     /// Returns an error if the file cannot be read, has an unknown format or a bad line; the message names file and line.
     pub fn read(path: &Path) -> Result<Self, LogError> {
         let bytes = read_regular_bytes(path, MAX_BYTES);
-        let text = bytes.and_then(decoded).map_err(LogError::from);
-        let text = text.and_then(|text| Self::parse(&text));
-        text.map_err(|problem| LogError::InFile {
+        let log = bytes.map_err(LogError::from).and_then(|bytes| {
+            let mut kinds = OTHER_KINDS.iter();
+            match kinds.find(|(begin, ..)| bytes.starts_with(begin)) {
+                Some(&(_, kind, remedy)) => Err(LogError::OtherKind { kind, remedy }),
+                None => Self::parse(&decoded(bytes)?),
+            }
+        });
+        log.map_err(|problem| LogError::InFile {
             path: path.to_path_buf(),
             problem: Box::new(problem),
         })
     }
 
-    /// Reads a log from its text.
+    /// Reads a log from its text. A bad last line without a line end was cut off, and is left out.
     ///
     /// # Errors
     /// Returns an error if the text has an unknown format or a bad line; the message names the line.
     pub fn parse(text: &str) -> Result<Self, LogError> {
         // Editors of Windows begin a text with a byte order mark.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let format = format_of(text).ok_or(LogError::UnknownFormat)?;
+        let problem = match Self::parse_whole(text) {
+            Ok(log) => return Ok(log),
+            Err(problem) => problem,
+        };
+        let whole = text.rsplit_once('\n').filter(|(_, last)| !last.is_empty());
+        let log = whole.and_then(|(whole, _)| {
+            let cut_line = Some(whole.lines().count() + 1);
+            Some(Self { cut_line, ..Self::parse_whole(whole).ok()? })
+        });
+        log.ok_or(problem)
+    }
+
+    fn parse_whole(text: &str) -> Result<Self, LogError> {
+        let format = format_of(text).ok_or_else(|| unknown(text))?;
         let mut records = match format {
             LogFormat::Carmen => carmen::parse(text)?,
             LogFormat::CarmenGmapping => carmen::parse_gmapping(text)?,
@@ -131,7 +179,7 @@ impl LidarLog {
                 beams.for_each(|beam| beam.time_s = time_s);
             }
         }
-        Ok(Self { format, records, has_times })
+        Ok(Self { format, records, has_times, cut_line: None })
     }
 
     /// Number of scans.
@@ -147,18 +195,37 @@ impl LidarLog {
         Some(first.corrected.unwrap_or(first.odometry))
     }
 
-    /// The first jump of the odometry: its length in metres, and the time after it in seconds. A step of over 5 m from one record to
-    /// the next at over 10 m/s counts as one.
+    /// The first step of the odometry from one record to the next that no robot drives: over 1 m at over 10 m/s, or over 1 rad at
+    /// over 10 rad/s.
     #[must_use]
-    pub fn odometry_jump(&self) -> Option<(f64, f64)> {
-        let steps = self.records.windows(2).map(|pair| {
-            let step_m = (pair[1].odometry.position() - pair[0].odometry.position()).norm();
-            (step_m, pair[1].time_s - pair[0].time_s, pair[1].time_s)
-        });
-        let mut jumps =
-            steps.filter(|(step_m, took_s, _)| *step_m > JUMP_M && *step_m > JUMP_M_S * took_s);
-        jumps.next().map(|(step_m, _, time_s)| (step_m, time_s))
+    pub fn odometry_jump(&self) -> Option<OdometryStep> {
+        (1..self.records.len()).find_map(|record| self.jump_to(record))
     }
+
+    /// The step to a record from the one before, if no robot drives it.
+    pub(crate) fn jump_to(&self, record: usize) -> Option<OdometryStep> {
+        let [from, to] = self.records.get(record.checked_sub(1)?..=record)? else {
+            return None;
+        };
+        let took_s = if self.has_times { to.time_s - from.time_s } else { LONGEST_STEP_S };
+        let step = step(from, to);
+        let is_fast = |size: f64| size > JUMP && size > JUMP_PER_S * took_s;
+        (is_fast(step.distance_m) || is_fast(step.turn_rad)).then_some(step)
+    }
+
+    /// The step of the odometry to the scan of a record, from the scan before it. None if there is none before.
+    #[must_use]
+    pub fn step_to_scan(&self, record: usize) -> Option<OdometryStep> {
+        let to = self.records.get(record)?;
+        let from = self.records[..record].iter().rfind(|record| record.scan.is_some())?;
+        Some(step(from, to))
+    }
+}
+
+fn step(from: &LogRecord, to: &LogRecord) -> OdometryStep {
+    let moved = from.odometry.inverse_transform_pose(&to.odometry);
+    let distance_m = moved.position().to_vector().norm();
+    OdometryStep { time_s: to.time_s, distance_m, turn_rad: moved.yaw.abs() }
 }
 
 /// Whether most pairs of scans have different stamps.
@@ -169,10 +236,10 @@ fn times_advance(records: &[LogRecord]) -> bool {
     2 * advances >= scans.len().saturating_sub(1)
 }
 
-/// The format of a text, by its first scan.
+/// The format of a text, by its first scan. Scans without poses count only where there are no others.
 fn format_of(text: &str) -> Option<LogFormat> {
     let is_corrected = || text.lines().any(|line| line.starts_with("NEFF"));
-    text.lines().find_map(|line| {
+    let with_pose = text.lines().find_map(|line| {
         let mut words = line.split_whitespace();
         match words.next()? {
             "LASER_READING" => Some(LogFormat::Gfs),
@@ -183,7 +250,26 @@ fn format_of(text: &str) -> Option<LogFormat> {
             }
             _ => None,
         }
-    })
+    });
+    let has_raw = || first_words(text).any(|word| word == carmen::RAW);
+    with_pose.or_else(|| has_raw().then_some(LogFormat::Carmen))
+}
+
+fn first_words(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter_map(|line| line.split_whitespace().next())
+}
+
+/// The error for a text without scans. The names of CARMEN's messages are in capitals.
+fn unknown(text: &str) -> LogError {
+    let is_word = |word: &&str| word.starts_with(|first: char| first.is_ascii_alphabetic());
+    let is_message = |word: &&str| !word.contains(|it: char| it.is_ascii_lowercase());
+    let words = first_words(text).filter(|word| is_word(word) && *word != "PARAM");
+    let found: BTreeSet<&str> = words.collect();
+    if found.is_empty() || !found.iter().all(is_message) {
+        return LogError::UnknownFormat;
+    }
+    let found: Vec<&str> = found.into_iter().take(8).collect();
+    LogError::NoScans { found: found.join(", ") }
 }
 
 /// The text of UTF-8. Only comments may have other characters.
@@ -229,9 +315,48 @@ mod tests {
     fn jump_of_the_odometry_is_found() {
         let log = LidarLog::parse(RAW).expect("it is valid");
         assert_eq!(log.odometry_jump(), None);
-        let log = LidarLog::parse(&RAW.replace("0.3 0 0 0.2", "50.3 0 0 50.2"));
-        let (step_m, time_s) = log.expect("it is valid").odometry_jump().expect("a jump");
-        assert!((step_m - 50.1).abs() < 1e-9 && time_s == 2.5, "{step_m} {time_s}");
+        // 50 m and 10 m in a second, 3 rad in 0.2 s. The robot may turn by 1.5 rad in that time, and stamps may be late.
+        for (moved, is_jump) in [
+            ("50.2 0 0 2.5", true),
+            ("10.2 0 0 2.5", true),
+            ("0.2 0 3 1.7", true),
+            ("0.2 0 1.5 1.7", false),
+            ("1.0 0 0 1.5001", false),
+        ] {
+            let text = RAW.replace("0.2 0 0 2.5 host", &format!("{moved} host"));
+            let jump = LidarLog::parse(&text).expect("it is valid").odometry_jump();
+            assert_eq!(jump.is_some(), is_jump, "{moved}: {jump:?}");
+        }
+    }
+
+    #[test]
+    fn cut_last_line_is_left_out() {
+        let log = LidarLog::parse(&format!("{RAW}FLASER 3 1.0 2.0")).expect("one line is cut");
+        assert_eq!((log.scans(), log.cut_line), (2, Some(6)));
+        let log = LidarLog::parse(RAW.trim_end()).expect("it is valid");
+        assert_eq!((log.scans(), log.cut_line), (2, None));
+        assert!(LidarLog::parse(&format!("{RAW}FLASER 3 1.0 2.0\n")).is_err());
+    }
+
+    #[test]
+    fn log_without_scans_names_its_messages() {
+        let error = |text: &str| LidarLog::parse(text).expect_err("no scan").to_string();
+        let text = RAW.replace("FLASER", "ROBOTLASER2");
+        let found = error(&text);
+        assert!(found.contains("its messages are ODOM, ROBOTLASER2;"), "{found}");
+        assert!(error("# nothing\nPARAM a 1\n").contains("it is no CARMEN"));
+        assert!(error("some other text\n").contains("it is no CARMEN"));
+    }
+
+    #[test]
+    fn files_of_other_kinds_are_named() {
+        for (kind, name) in [(0, "gunzip"), (2, ".mcap"), (3, "ROS 1"), (4, "SQLite")] {
+            let file = tempfile::NamedTempFile::new().expect("a file");
+            std::fs::write(file.path(), [OTHER_KINDS[kind].0, b"\x00more"].concat())
+                .expect("written");
+            let error = LidarLog::read(file.path()).expect_err("no text").to_string();
+            assert!(error.contains(name), "{error}");
+        }
     }
 
     #[test]
@@ -346,7 +471,7 @@ mod tests {
             ("0.1 0 0 1.0 host 1.0", "0.1", "line 3: ODOM ends before its speeds"),
             ("1.0 2.0", "nan 2.0", "line 4: FLASER has `nan` as its readings"),
             ("# a comment", "1 2 3", "line 1: a line has `1` as its first word"),
-            ("FLASER", "FLAS", "no line begins with FLASER"),
+            ("FLASER", "FLAS", "it has no scan that is read: its messages are FLAS, ODOM;"),
         ] {
             let error = LidarLog::parse(&RAW.replace(from, to)).expect_err(expected);
             assert!(error.to_string().contains(expected), "{error}");

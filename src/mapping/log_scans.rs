@@ -11,6 +11,8 @@ pub struct LogScan {
     pub record: usize,
     /// Pose by odometry.
     pub odometry: Pose,
+    /// Whether the odometry jumped since the scan before; then the scan is corrected for no motion before that.
+    pub is_after_jump: bool,
     /// Corrected pose of the log.
     pub corrected: Option<Pose>,
     /// The beams in the robot's frame at that time.
@@ -22,13 +24,19 @@ pub struct LogScan {
 pub fn log_scans(log: &LidarLog) -> Vec<LogScan> {
     let mut history = PoseHistory::new();
     let mut scans = Vec::new();
+    let mut is_after_jump = false;
     for (index, record) in log.records.iter().enumerate() {
+        if log.jump_to(index).is_some() {
+            // Beams before the jump have no pose after it.
+            (history, is_after_jump) = (PoseHistory::new(), true);
+        }
         history.record(record.time_s, &record.odometry);
         if let Some(logged) = &record.scan {
             let mut scan = DeskewedScan::default();
             scan.deskew(&logged.beams, &history);
             let (odometry, corrected) = (record.odometry, record.corrected);
-            scans.push(LogScan { record: index, odometry, corrected, scan });
+            scans.push(LogScan { record: index, odometry, is_after_jump, corrected, scan });
+            is_after_jump = false;
         }
     }
     scans

@@ -26,9 +26,8 @@ const WINDOW_RAD: (f64, f64, f64) = (0.1, 0.006, 0.6);
 /// Nodes before the current one that are searched together with it, and number of searched points.
 const SEARCHED_NODES: usize = 3;
 const SEARCHED_POINTS: usize = 240;
-/// Smallest score of a closed loop, the value of Cartographer, and the fraction of the beams that must see the submap.
+/// Smallest score of a closed loop, the value of Cartographer.
 const MIN_SCORE: f64 = 0.55;
-const MIN_OVERLAP: f64 = 0.5;
 /// Standard deviations of a searched pose, metres and radians.
 const SEARCHED_SIGMA_M: f64 = 0.1;
 const SEARCHED_SIGMA_RAD: f64 = 0.03;
@@ -124,10 +123,7 @@ impl Submap {
         let (found, _) = self.scores.as_ref()?.search(points, &predicted, window)?;
         let prior = information_of(SEARCHED_SIGMA_M, SEARCHED_SIGMA_RAD);
         let matched = match_scan(&self.surfels, nodes[to].scan, found, &found, &prior);
-        let is_closed = matched.is_good()
-            && matched.overlaps(MIN_OVERLAP)
-            && matched.unobservable_directions == 0;
-        is_closed.then_some(Edge {
+        matched.is_certain().then_some(Edge {
             from: self.middle,
             to,
             motion: matched.pose,

@@ -25,6 +25,11 @@ const RAD_PER_RAD: f64 = 0.2;
 const AT_REST_M: f64 = 0.01;
 const AT_REST_RAD: f64 = 0.02;
 
+/// Standard deviations of a scan's place around that of the scan before, where the odometry's place does not match, metres and
+/// radians.
+const JUMP_SIGMA_M: f64 = 0.3;
+const JUMP_SIGMA_RAD: f64 = 0.2;
+
 /// Nodes near each other are matched again after all loops are closed: distance, metres, number for each node, and rounds.
 const REFINED_M: f64 = 5.0;
 const REFINED_NODES: usize = 10;
@@ -49,6 +54,19 @@ pub(super) struct Solved {
     /// The same of the nodes at places where the robot was before.
     pub revisit_errors_m: Vec<f64>,
     pub unmatched: usize,
+    /// Indices of scans, see [`MappedLog`](super::MappedLog).
+    pub odometry_jumps: Vec<usize>,
+    pub gaps: Vec<usize>,
+}
+
+/// What the place of a scan relative to the scans before it rests on.
+enum Basis {
+    /// The scan matches where the odometry puts it.
+    Match,
+    /// It matches near the scan before it only.
+    MatchAgainstOdometry,
+    /// It matches at neither place, and follows the odometry.
+    Odometry,
 }
 
 /// The latest nodes as a map.
@@ -66,7 +84,8 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
     let mut places: Vec<(usize, Pose)> = Vec::new();
     let mut loops = Loops::default();
     let mut local = None;
-    let mut unmatched = 0;
+    let (mut unmatched, mut last_matched) = (0, 0);
+    let (mut odometry_jumps, mut gaps) = (Vec::new(), Vec::new());
     for (index, scan) in scans.iter().enumerate() {
         let Some(last) = nodes.len().checked_sub(1) else {
             nodes.push(Node { scan: &scan.scan, surfels: surfels(&scan.scan) });
@@ -77,12 +96,20 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
         };
         let (_, before) = places[index - 1];
         let moved = scans[index - 1].odometry.inverse_transform_pose(&scan.odometry);
-        let predicted = before.transform_pose(&moved);
         let local = local.get_or_insert_with(|| local_map(&nodes, &poses));
-        let (found, is_matched) = track(&scan.scan, local, &predicted, sigmas(scans, index));
-        unmatched += usize::from(!is_matched);
-        let far = libm::hypot(found.pose.x, found.pose.y);
-        if far < NODE_M && found.pose.yaw.abs() < NODE_RAD {
+        let (found, basis) = track(scan, local, &before, &moved, sigmas(scans, index));
+        match basis {
+            Basis::Match => last_matched = index,
+            Basis::MatchAgainstOdometry => {
+                last_matched = index;
+                odometry_jumps.push(index);
+            }
+            Basis::Odometry => {
+                unmatched += 1;
+                gaps.extend(is_far(&moved).then_some(index));
+            }
+        }
+        if !is_far(&found.pose) {
             places.push((last, found.pose));
             on_scan();
             continue;
@@ -104,6 +131,7 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
         *local = local_map(&nodes, &poses);
         on_scan();
     }
+    gaps.retain(|gap| *gap < last_matched);
     let mut near = Vec::new();
     for _ in 0..ROUNDS {
         near = refined(&nodes, &poses);
@@ -125,7 +153,14 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
         loop_errors_m,
         revisit_errors_m,
         unmatched,
+        odometry_jumps,
+        gaps,
     }
+}
+
+/// Whether a motion is that from one node to the next.
+fn is_far(moved: &Pose) -> bool {
+    libm::hypot(moved.x, moved.y) >= NODE_M || moved.yaw.abs() >= NODE_RAD
 }
 
 /// The latest nodes in the frame of the last one.
@@ -160,26 +195,43 @@ fn sigmas(scans: &[LogScan], index: usize) -> (f64, f64) {
     )
 }
 
-/// Matches a scan to the latest nodes; the odometry's pose if it does not match.
+/// Matches a scan to the latest nodes: where the odometry puts it, or else near the scan before it, since the odometry may have
+/// jumped. The odometry's pose if it does not match.
 fn track(
-    scan: &DeskewedScan,
+    scan: &LogScan,
     local: &LocalMap,
-    predicted: &Pose,
-    (sigma_m, sigma_rad): (f64, f64),
-) -> (Match, bool) {
-    let begin = local.scores.as_ref().map_or(*predicted, |scores| {
-        let ends = scan.hits.iter().map(|hit| hit.end);
-        coarse_search(ends, predicted, (sigma_m, sigma_rad), scores)
-    });
-    let prior = information_of(sigma_m, sigma_rad);
-    let mut found = match_scan(&local.surfels, scan, begin, predicted, &prior);
-    let is_good = found.is_good();
-    if is_good {
-        found.information += prior;
-    } else {
-        (found.pose, found.information) = (*predicted, prior);
+    before: &Pose,
+    moved: &Pose,
+    sigmas: (f64, f64),
+) -> (Match, Basis) {
+    let predicted = before.transform_pose(moved);
+    let prior = information_of(sigmas.0, sigmas.1);
+    let mut found = local.find(&scan.scan, &predicted, sigmas);
+    if !found.is_good() || scan.is_after_jump {
+        let mut near = local.find(&scan.scan, before, (JUMP_SIGMA_M, JUMP_SIGMA_RAD));
+        // After a jump, the walls of a corridor match at the odometry's place, too.
+        if near.is_certain() || scan.is_after_jump && near.is_good() {
+            near.information += information_of(JUMP_SIGMA_M, JUMP_SIGMA_RAD);
+            return (near, Basis::MatchAgainstOdometry);
+        }
     }
-    (found, is_good)
+    if found.is_good() {
+        found.information += prior;
+        return (found, Basis::Match);
+    }
+    (found.pose, found.information) = (predicted, prior);
+    (found, Basis::Odometry)
+}
+
+impl LocalMap {
+    /// Matches a scan around a pose with these standard deviations.
+    fn find(&self, scan: &DeskewedScan, around: &Pose, sigmas: (f64, f64)) -> Match {
+        let begin = self.scores.as_ref().map_or(*around, |scores| {
+            let ends = scan.hits.iter().map(|hit| hit.end);
+            coarse_search(ends, around, sigmas, scores)
+        });
+        match_scan(&self.surfels, scan, begin, around, &information_of(sigmas.0, sigmas.1))
+    }
 }
 
 /// Edges between each node and those near it that are not its neighbours in time.

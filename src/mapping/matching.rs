@@ -11,6 +11,8 @@ const AGREES_M: f64 = 0.1;
 /// A match needs this fraction of the beam ends near surfaces, and this fraction of those in agreement.
 const MIN_OVERLAP: f64 = 0.3;
 const MIN_AGREEMENT: f64 = 0.7;
+/// A place that the odometry does not predict needs this fraction of the beam ends near surfaces.
+const CERTAIN_OVERLAP: f64 = 0.5;
 /// Smallest number of beam ends near surfaces.
 const MIN_ENDS: usize = 20;
 
@@ -20,7 +22,7 @@ pub(super) struct Match {
     pub pose: Pose,
     /// Information of the beams on x, y and yaw.
     pub information: Matrix3<f64>,
-    pub unobservable_directions: u8,
+    unobservable_directions: u8,
     /// Beam ends, those near surfaces, and those that agree with them.
     ends: usize,
     near: usize,
@@ -35,8 +37,13 @@ impl Match {
             && self.agreeing as f64 >= MIN_AGREEMENT * self.near as f64
     }
 
+    /// Whether the beams determine the pose, and enough of them agree with the surfaces, so that the odometry does not count.
+    pub fn is_certain(&self) -> bool {
+        self.is_good() && self.overlaps(CERTAIN_OVERLAP) && self.unobservable_directions == 0
+    }
+
     /// Whether at least this fraction of the beam ends is near surfaces.
-    pub fn overlaps(&self, fraction: f64) -> bool {
+    fn overlaps(&self, fraction: f64) -> bool {
         self.near as f64 >= fraction * self.ends as f64
     }
 }

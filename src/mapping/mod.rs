@@ -43,6 +43,11 @@ pub struct MappedLog {
     pub revisit_errors_m: Vec<f64>,
     /// Number of scans that did not match the scans before them, and follow odometry.
     pub unmatched: usize,
+    /// Records of scans that match near the scan before them, but not where the odometry puts them. The map follows the scans.
+    pub odometry_jumps: Vec<usize>,
+    /// Records of scans that do not match, after a step of the odometry of 0.25 m or 0.2 rad or more, and before scans that match: the
+    /// map before and after them may not fit together.
+    pub gaps: Vec<usize>,
 }
 
 /// Makes a map from the odometry and the scans of a log. Its corrected poses are not used, except for the first. `on_scan` is
@@ -52,9 +57,7 @@ pub struct MappedLog {
 /// Returns an error if no reading of the log is in range, or the map is too large for a grid.
 pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, MappingError> {
     let scans = log_scans(log);
-    if scans.iter().all(|scan| shows_nothing(&scan.scan)) {
-        return Err(MappingError::NoReading { range_m: USED_RANGE_M });
-    }
+    check_ranges(&scans)?;
     // No map holds such a jump. Matching moves a scan by metres at most, and searches long for it.
     let by_odometry = scans.iter().map(|scan| (scan.odometry, &scan.scan));
     if longest_step(log, &scans).0 > f64::from(MAX_GRID_SIDE) * MAP_RESOLUTION_M
@@ -70,8 +73,29 @@ pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, M
     for (scan, pose) in scans.iter().zip(&solved.poses) {
         poses[scan.record] = Some(*pose);
     }
-    let mapper::Solved { nodes, loop_errors_m, revisit_errors_m, unmatched, .. } = solved;
-    Ok(MappedLog { map, poses, nodes, loop_errors_m, revisit_errors_m, unmatched })
+    let records =
+        |scans_of: Vec<usize>| scans_of.iter().map(|index| scans[*index].record).collect();
+    Ok(MappedLog {
+        map,
+        poses,
+        nodes: solved.nodes,
+        loop_errors_m: solved.loop_errors_m,
+        revisit_errors_m: solved.revisit_errors_m,
+        unmatched: solved.unmatched,
+        odometry_jumps: records(solved.odometry_jumps),
+        gaps: records(solved.gaps),
+    })
+}
+
+/// Checks that scans have a reading within the range that is used, 25 m.
+///
+/// # Errors
+/// Returns an error if no reading is: most likely the ranges are not in metres.
+pub fn check_ranges(scans: &[LogScan]) -> Result<(), MappingError> {
+    if scans.iter().all(|scan| shows_nothing(&scan.scan)) {
+        return Err(MappingError::NoReading { range_m: USED_RANGE_M });
+    }
+    Ok(())
 }
 
 /// The error for a map of this size. Ranges are limited, so such scans lie far apart: most likely the odometry jumps.
@@ -196,6 +220,39 @@ mod tests {
         assert!(mapped.revisit_errors_m.len() > 50 && revisits.median < 0.02, "{revisits:?}");
         let again = map_log(&log, &mut || ()).expect("a small map");
         assert_eq!((again.map, again.poses), (mapped.map, mapped.poses));
+    }
+
+    /// The odometry moves too far, turns, or restarts, at a corner and in a corridor.
+    #[test]
+    fn jump_of_odometry_does_not_break_the_map() {
+        let (truth, text) = drive();
+        let log = LidarLog::parse(&text).expect("a valid log");
+        for (at, jump) in [
+            (57, Pose::new(3.0, 0.0, 0.0)),
+            (57, Pose::new(0.0, 0.0, 1.2)),
+            (57, Pose::new(-6.0, 3.0, 2.5)),
+            (75, Pose::new(6.0, 0.0, 0.0)),
+        ] {
+            let mut log = log.clone();
+            for record in &mut log.records[at..] {
+                record.odometry = jump.transform_pose(&record.odometry);
+            }
+            let mapped = map_log(&log, &mut || ()).expect("a small map");
+            assert_eq!((&mapped.odometry_jumps[..], mapped.gaps.len()), (&[at][..], 0), "{jump:?}");
+            let pairs = mapped.poses.iter().flatten().copied().zip(truth.iter().copied());
+            let error = absolute_error(&pairs.collect::<Vec<_>>()).expect("there are poses");
+            assert!(error.position_m.max < 0.05, "{jump:?}: {error:?}");
+        }
+    }
+
+    /// The log of another place follows.
+    #[test]
+    fn gap_of_a_log_is_named() {
+        let (_, text) = drive();
+        let mut log = LidarLog::parse(&text).expect("a valid log");
+        log.records.drain(20..70);
+        let mapped = map_log(&log, &mut || ()).expect("a small map");
+        assert_eq!((&mapped.odometry_jumps[..], &mapped.gaps[..]), (&[][..], &[20][..]));
     }
 
     #[test]

@@ -28,6 +28,9 @@ const STATIC_TRANSFORMS: &str = "/tf_static";
 /// A stamp that is older than the one before by more than this, seconds, means that the clock was set.
 const MAX_BACK_S: f64 = 1.0;
 
+/// The first bytes of a message in CDR whose numbers begin with their highest byte.
+const BIG_ENDIAN: [u8; 2] = [0, 0];
+
 /// A kind of message that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
@@ -223,7 +226,8 @@ impl RosLogReader {
         if self.is_truncated {
             warnings.push(RosLogWarning::Truncated);
         }
-        Ok((LidarLog { format: LogFormat::Ros2, records, has_times: true }, warnings))
+        let format = LogFormat::Ros2;
+        Ok((LidarLog { format, records, has_times: true, cut_line: None }, warnings))
     }
 
     /// Checks that there are usable scans and odometry, each of one topic.
@@ -292,7 +296,14 @@ impl RosLogReader {
             let topic = topic.clone();
             RecordingError::InvalidMessage { topic, number, reason }
         };
-        let no_cdr = || invalid("it is no message of its type".to_owned());
+        let no_cdr = || {
+            let reason = if data.starts_with(&BIG_ENDIAN) {
+                "it is in big-endian CDR, and only little-endian CDR is read: record with a little-endian computer"
+            } else {
+                "it is no message of its type"
+            };
+            invalid(reason.to_owned())
+        };
         match channel.kind {
             Kind::Transforms => {
                 let message = TFMessage::from_cdr(data).ok_or_else(no_cdr)?;

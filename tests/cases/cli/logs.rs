@@ -142,6 +142,63 @@ fn relations_that_are_compared_with_nothing_are_warned_of() {
     }
 }
 
+/// Most scans show a room of half the size; the last ones show the map.
+#[test]
+fn localization_that_is_mostly_lost_fails() {
+    let place = Workplace::new();
+    let log = drive_log(1.0);
+    place.write("drive.log", &log);
+    assert_eq!(place.run("map drive.log --out room.yaml").status, 0);
+    let halved = |(index, line): (usize, &str)| {
+        let mut words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        let is_halved = (2..130).contains(&index);
+        for word in words.iter_mut().skip(2).take(181).filter(|_| is_halved) {
+            let range_m: f64 = word.parse().expect("a number");
+            *word = (0.5 * range_m).to_string();
+        }
+        words.join(" ") + "\n"
+    };
+    place.write("odd.log", log.lines().enumerate().map(halved).collect::<String>());
+    let (status, object) = place.json("bench localization --log odd.log --map room.yaml");
+    let lost = object["lost_scans"].as_u64().expect("a number");
+    assert!(lost > u64::from(SCANS) / 2 && object["is_lost_at_end"] == false, "{object}");
+    assert_eq!(status, 1, "{object}");
+}
+
+/// The map is right in spite of it.
+#[test]
+fn jump_of_the_odometry_is_warned_of() {
+    let place = Workplace::new();
+    let log = drive_log(1.0);
+    let far = |(index, line): (usize, &str)| {
+        let mut words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+        if index > 80 {
+            let x_m: f64 = words[186].parse().expect("a number");
+            words[186] = (x_m + 20.0).to_string();
+        }
+        words.join(" ") + "\n"
+    };
+    place.write("jump.log", log.lines().enumerate().map(far).collect::<String>());
+    let run = place.run("map jump.log --out room.yaml --json");
+    let object: serde_json::Value = serde_json::from_str(&run.stdout).expect("JSON");
+    assert_eq!((&object["odometry_jumps"], &object["gaps"]), (&1.into(), &0.into()), "{object}");
+    let warning = run.errors.iter().find(|line| line.starts_with("warning: jump.log: "));
+    let expected = "rad, at 40.500 s; the scan matches another place";
+    assert!(warning.is_some_and(|line| line.contains(expected)), "{run:?}");
+    let run = place.run("bench localization --log jump.log --map room.yaml");
+    assert!(run.errors.iter().any(|line| line.contains("the odometry jumps by 2")), "{run:?}");
+}
+
+#[test]
+fn cut_last_line_is_warned_of() {
+    let place = Workplace::new();
+    let log = drive_log(1.0);
+    place.write("cut.log", &log[..log.len() - 200]);
+    let run = place.run("map cut.log --out room.yaml");
+    let cut = "warning: cut.log: line 161 was cut off and is left out";
+    assert!(run.status == 0 && run.errors.iter().any(|line| line.starts_with(cut)), "{run:?}");
+}
+
 #[test]
 fn start_of_a_log_outside_the_map_is_refused() {
     let place = Workplace::new();
@@ -177,6 +234,7 @@ fn unusable_logs_are_refused() {
     place.write("bad.log", drive_log(1.0).replacen(" 1.5 0 ", " 1.5 nought ", 1));
     place.write("empty.log", "");
     place.write("drive.log", drive_log(1.0));
+    place.write("gzip.log", b"\x1f\x8b\x08\x00");
     place.write("millimetres.log", "FLASER 3 1000 2000 1000 0 0 0 0 0 0 1 host 1\n");
     let scan = |x_m: u32| format!("FLASER 1 3 {x_m} 0 0 {x_m} 0 0 {x_m} host {x_m}\n");
     place.write("jump.log", scan(0) + &scan(9000));
@@ -187,6 +245,8 @@ fn unusable_logs_are_refused() {
         ("map jump.log --out room.yaml", "up to 9000.0 m, at 9000.000 s"),
         ("map bad.log --out room.yaml", "bad.log: line 2: FLASER has `nought`"),
         ("map empty.log --out room.yaml", "empty.log"),
+        ("map gzip.log --out room.yaml", "gzip.log: it is compressed: decompress it with `gunzip`"),
+        ("bench localization --log millimetres.log", "millimetres.log: no reading within 25 m: "),
         ("map drive.log --out room.png", "must end in .yaml"),
         ("bench localization --log none.log", "none.log"),
         ("bench perception none.log", "none.log"),

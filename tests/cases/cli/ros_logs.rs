@@ -34,6 +34,8 @@ enum Odd {
     SecondLidar,
     ShortMessage,
     OnlyShortMessages,
+    /// The scans say that they are in big-endian CDR.
+    BigEndian,
     OtherEncoding,
     /// Scans are published after newer odometry.
     LateScans,
@@ -148,6 +150,9 @@ fn scan_message(odd: Odd, tick: u32, begin_s: f64) -> Vec<u8> {
     let mut message = scan.to_cdr();
     if odd == Odd::OnlyShortMessages || odd == Odd::ShortMessage && tick == 50 {
         message.truncate(40);
+    }
+    if odd == Odd::BigEndian {
+        message[1] = 0;
     }
     message
 }
@@ -291,6 +296,8 @@ fn map_of_a_recording_is_right_and_the_robot_is_localized_on_it() {
     assert!(poses.contains("/odom, /camera/odom") && poses.contains("--odometry-topic"), "{poses}");
     let short = refused(Odd::OnlyShortMessages, "");
     assert!(short.contains("on /front/scan") && short.contains("odd.mcap"), "{short}");
+    let big = refused(Odd::BigEndian, "");
+    assert!(big.contains("on /front/scan: it is in big-endian CDR"), "{big}");
     let back = refused(Odd::ClockSetBack, "");
     assert!(back.contains("on /odom: its stamp is 5.0 s before"), "{back}");
     let tilted = refused(Odd::TiltedLidar, "");

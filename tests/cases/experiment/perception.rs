@@ -62,7 +62,7 @@ fn log(unmeasured: f64, has_person: bool) -> LidarLog {
         }
     };
     let records = (0..(SECONDS / PERIOD_S) as u32).map(scan_at).collect();
-    LidarLog { format: LogFormat::Carmen, records, has_times: true }
+    LidarLog { format: LogFormat::Carmen, records, has_times: true, cut_line: None }
 }
 
 fn perceived(unmeasured: f64, has_person: bool) -> LogPerception {
