@@ -17,6 +17,9 @@ use crate::robot::Footprint;
 pub(super) const SECTORS: usize = 16;
 /// Beams that are compared with the map in each sector.
 const RAYS: usize = 12;
+/// Surfaces beyond half of the lidar's range count only in gaps that are at least this wide, radians: a wall across a roadway that is gone
+/// leaves a narrower one.
+const WIDE_GAP_RAD: f64 = 0.8;
 /// Nearer surfaces do not count, metres: a small error of the pose puts the robot onto them.
 const MIN_RANGE_M: f64 = 0.3;
 /// A sector is judged by at least this many beams that the map expects to return.
@@ -127,14 +130,19 @@ impl ScanHealth {
         let compared: Vec<_> = ends.iter().enumerate().map(compared).collect();
         let is_dark = |sector: usize| self.dark_scans[sector] > 0;
         self.sure_range.learn(&compared, scan.range_max, is_dark);
-        let sure_m = self.sure_range.share() * scan.range_max;
-        let ray = |&ComparedBeam { sector, range_m, on_map_m, returns }: &ComparedBeam| {
-            let is_expected = on_map_m <= sure_m;
+        let [near_m, sure_m] =
+            [SureRange::LEAST, self.sure_range.share()].map(|share| share * scan.range_max);
+        let spacing = scan.angle_increment * beams as f64 / count as f64;
+        let wide = in_wide_gaps(&compared, (WIDE_GAP_RAD / spacing).ceil() as usize);
+        let ray = |(beam, is_in_wide_gap): (&ComparedBeam, bool)| {
+            let &ComparedBeam { sector, range_m, on_map_m, returns } = beam;
+            let is_expected =
+                on_map_m <= near_m || on_map_m <= sure_m && (returns || is_in_wide_gap);
             let is_on_map = is_expected || range_m > sure_m;
             let is_far = returns && is_on_map && range_m >= OPEN_SHARE * sure_m;
             Ray { sector, returns, is_expected, is_far }
         };
-        let rays: Vec<Ray> = compared.iter().map(ray).collect();
+        let rays: Vec<Ray> = compared.iter().zip(wide).map(ray).collect();
         let mut sectors = [Coverage::default(); SECTORS];
         for ray in &rays {
             let sector = &mut sectors[ray.sector];
@@ -225,6 +233,23 @@ struct Ray {
     is_expected: bool,
     /// Whether it shows a surface where the map does, so far away that the surfaces next to it may be out of range.
     is_far: bool,
+}
+
+/// Whether each beam lies in a gap of at least this many beams without a return. The last beam is next to the first one.
+fn in_wide_gaps(beams: &[ComparedBeam], least: usize) -> Vec<bool> {
+    let returns: Vec<usize> = (0..beams.len()).filter(|&beam| beams[beam].returns).collect();
+    let (Some(&first), Some(&last)) = (returns.first(), returns.last()) else {
+        return vec![beams.len() >= least; beams.len()];
+    };
+    let mut wide = vec![false; beams.len()];
+    for pair in returns.windows(2).filter(|pair| pair[1] - pair[0] > least) {
+        wide[pair[0] + 1..pair[1]].fill(true);
+    }
+    if first + beams.len() - last > least {
+        wide[..first].fill(true);
+        wide[last + 1..].fill(true);
+    }
+    wide
 }
 
 /// Counts the rays in dark and open gaps of a full turn. Gaps of half a turn and more are left to the sectors.

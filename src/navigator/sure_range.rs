@@ -35,7 +35,8 @@ pub(super) struct ComparedBeam {
 }
 
 impl SureRange {
-    /// The largest share of the range that is of use.
+    /// The share within which surfaces always count, and the largest one that is of use.
+    pub const LEAST: f64 = SHARES[0];
     pub const MOST: f64 = SHARES[BANDS];
 
     /// The share of the range within which surfaces return for certain.
