@@ -145,6 +145,7 @@ impl Point {
     }
 
     /// The smaller of each coordinate. Of a positive and a negative zero it keeps its own.
+    #[cfg(feature = "sim")]
     #[inline]
     pub(crate) fn min(&self, other: &Self) -> Self {
         let least = |own: f64, other: f64| if own <= other { own } else { other };
@@ -152,6 +153,7 @@ impl Point {
     }
 
     /// The greater of each coordinate. Of a positive and a negative zero it keeps its own.
+    #[cfg(feature = "sim")]
     #[inline]
     pub(crate) fn max(&self, other: &Self) -> Self {
         let greatest = |own: f64, other: f64| if own >= other { own } else { other };

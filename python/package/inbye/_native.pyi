@@ -86,7 +86,8 @@ class Map:
     def load(path: str | os.PathLike[str], resolution_m: float | None = None) -> Map:
         """Read a map_server YAML file, a MovingAI map or rows of text.
 
-        The side of a cell, one metre by default, is for the last two: with a YAML file it is an error.
+        The side of a cell, one metre by default, is for the last two. With a YAML file it is an
+        error.
         """
     @staticmethod
     def from_rows(rows: Sequence[str], resolution_m: float, origin: Vector = ...) -> Map:
