@@ -433,7 +433,7 @@ pub fn drive(
     result
 }
 
-/// The moving obstacles of a file, none of which touches the robot at its start.
+/// The moving obstacles of a file. None may touch the robot at its start.
 fn obstacles_of(
     file: &Path,
     mission: &Mission,

@@ -40,7 +40,6 @@ mod settings;
 mod speed_limits;
 mod state;
 mod stuck_ticks;
-mod sure_range;
 #[cfg(test)]
 mod test_state;
 mod tracker;

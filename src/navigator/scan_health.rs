@@ -4,14 +4,17 @@
 //! where it shows a surface well within range, a beam without a return contradicts it. A single such beam is no evidence (glass,
 //! a black surface, a removed wall). Most beams of a sector in several scans show that the lidar does not see there.
 
+mod sure_range;
+
 use core::f64::consts::TAU;
+use core::ops::Range;
 
 use super::ObservationFault;
 use super::scan_visibility::{ends_alone_within, is_full_turn};
-use super::sure_range::{ComparedBeam, SureRange};
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::{ObstacleGrid, RayCaster, RayEnd, Scan};
 use crate::robot::Footprint;
+use sure_range::{ComparedBeam, SureRange};
 
 /// Sectors around the lidar; the first is centred in the direction of the robot's x axis.
 pub(super) const SECTORS: usize = 16;
@@ -133,7 +136,8 @@ impl ScanHealth {
         let [near_m, sure_m] =
             [SureRange::LEAST, self.sure_range.share()].map(|share| share * scan.range_max);
         let spacing = scan.angle_increment * beams as f64 / count as f64;
-        let wide = in_wide_gaps(&compared, (WIDE_GAP_RAD / spacing).ceil() as usize);
+        let gaps = gaps(&compared);
+        let wide = in_wide_gaps(&gaps, count, (WIDE_GAP_RAD / spacing).ceil() as usize);
         let ray = |(beam, is_in_wide_gap): (&ComparedBeam, bool)| {
             let &ComparedBeam { sector, range_m, on_map_m, returns } = beam;
             let is_expected =
@@ -152,7 +156,7 @@ impl ScanHealth {
             sector.missing += u32::from(ray.is_expected && !ray.returns);
         }
         if is_full_turn(scan) {
-            judge_gaps(&rays, &mut sectors);
+            judge_gaps(&rays, gaps, &mut sectors);
         }
         sectors
     }
@@ -235,37 +239,39 @@ struct Ray {
     is_far: bool,
 }
 
-/// Whether each beam lies in a gap of at least this many beams without a return. The last beam is next to the first one.
-fn in_wide_gaps(beams: &[ComparedBeam], least: usize) -> Vec<bool> {
-    let returns: Vec<usize> = (0..beams.len()).filter(|&beam| beams[beam].returns).collect();
-    let (Some(&first), Some(&last)) = (returns.first(), returns.last()) else {
-        return vec![beams.len() >= least; beams.len()];
-    };
-    let mut wide = vec![false; beams.len()];
-    for pair in returns.windows(2).filter(|pair| pair[1] - pair[0] > least) {
-        wide[pair[0] + 1..pair[1]].fill(true);
+/// The gaps of neighbouring beams without a return. The last beam is next to the first one: places count on around a full turn.
+fn gaps(beams: &[ComparedBeam]) -> Vec<Range<usize>> {
+    let count = beams.len();
+    if !beams.iter().any(|beam| beam.returns) {
+        return core::iter::once(0..count).collect();
     }
-    if first + beams.len() - last > least {
-        wide[..first].fill(true);
-        wide[last + 1..].fill(true);
+    let after = |before: usize| {
+        let length = (1..count).take_while(|step| !beams[(before + step) % count].returns).count();
+        before + 1..before + 1 + length
+    };
+    (0..count).filter(|&before| beams[before].returns).map(after).collect()
+}
+
+/// Whether each of a number of beams lies in a gap of at least some of them.
+fn in_wide_gaps(gaps: &[Range<usize>], count: usize, least: usize) -> Vec<bool> {
+    let mut wide = vec![false; count];
+    for place in gaps.iter().filter(|gap| gap.len() >= least).cloned().flatten() {
+        wide[place % count] = true;
     }
     wide
 }
 
 /// Counts the rays in dark and open gaps of a full turn. Gaps of half a turn and more are left to the sectors.
-fn judge_gaps(rays: &[Ray], sectors: &mut [Coverage; SECTORS]) {
+fn judge_gaps(rays: &[Ray], gaps: Vec<Range<usize>>, sectors: &mut [Coverage; SECTORS]) {
     let count = rays.len();
     let at = |place: usize| &rays[place % count];
-    // The gap after each ray with a return.
-    for before in (0..count).filter(|&before| at(before).returns) {
-        let length = (1..count).take_while(|&step| !at(before + step).returns).count();
-        let gap = before + 1..before + 1 + length;
+    for gap in gaps {
         let expected = gap.clone().filter(|&place| at(place).is_expected).count();
-        if 2 * length >= count || expected == length {
+        if 2 * gap.len() >= count || expected == gap.len() {
             continue;
         }
         let is_dark = expected >= MIN_EXPECTED_IN_GAP;
-        let is_open = expected <= 1 && at(before).is_far && at(gap.end).is_far;
+        let is_open = expected <= 1 && at(gap.start - 1).is_far && at(gap.end).is_far;
         for place in gap {
             let sector = &mut sectors[at(place).sector];
             sector.in_dark_gaps += u32::from(is_dark);

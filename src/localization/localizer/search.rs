@@ -20,7 +20,8 @@ const DOUBT_SHARE: usize = 5;
 const DOUBTFUL_SCANS: u32 = 15;
 
 /// A robot whose pose was right agrees with ever fewer beams where walls are missing from the map, or new; one that was carried does so at
-/// once. By this share more beams must then agree at another place, which lies beyond this distance, metres.
+/// once. Before it is lost, this share more of the beams must agree at a better place. Then it is not found beyond this distance of its
+/// predicted pose, metres.
 const CHANGED_MAP_MARGIN: f64 = 0.35;
 const ELSEWHERE_M: f64 = 2.0;
 
@@ -131,18 +132,10 @@ impl Localizer {
                 None => search,
             }
         });
-        let result = search.step(&self.map, scores, &self.settings, NODES);
-        let moved = search.odometry.inverse_transform_pose(&odometry);
-        let is_elsewhere = |pose: &Pose| {
-            self.is_on_changed_map() && distance_m(pose, &self.ekf.pose) > ELSEWHERE_M
-        };
-        let result = match result {
-            Some(Found::Unique(pose)) if is_elsewhere(&pose) => Some(Found::Ambiguous(Some(pose))),
-            result => result,
-        };
-        match result {
+        match search.step(&self.map, scores, &self.settings, NODES) {
             None => self.searches.of_lost = Some(search),
-            Some(Found::Unique(pose)) => {
+            Some(Found::Unique(pose)) if !self.is_twin(&pose) => {
+                let moved = search.odometry.inverse_transform_pose(&odometry);
                 let pose = pose.transform_pose(&moved);
                 self.ekf = self.ekf.reset_pose(pose, &self.settings);
                 (self.anchor, self.is_proven) = (None, false);
@@ -151,10 +144,11 @@ impl Localizer {
                 self.track();
             }
             // The next revolution starts another search: people may have moved.
-            Some(Found::Ambiguous(_)) if reason != Some(LostReason::HighUncertainty) => {
-                self.estimate.status = LocalizationStatus::Lost(LostReason::Ambiguous);
+            Some(Found::Unique(_) | Found::Ambiguous(_)) => {
+                if reason != Some(LostReason::HighUncertainty) {
+                    self.estimate.status = LocalizationStatus::Lost(LostReason::Ambiguous);
+                }
             }
-            Some(Found::Ambiguous(_)) => {}
             Some(Found::Nothing) => {
                 if search.is_restricted() {
                     self.searches.hint = None;
@@ -201,10 +195,13 @@ impl Localizer {
         }
     }
 
-    /// Whether the pose was right, and fewer and fewer beams agreed with the map until the robot was lost.
-    fn is_on_changed_map(&self) -> bool {
+    /// Whether a place that matches alone most likely only looks like that of the robot: its pose was right, fewer and fewer beams agreed
+    /// with the map until it was lost, and the place is far from the predicted one.
+    fn is_twin(&self, place: &Pose) -> bool {
         let agreed = self.anchor.map(|anchor| anchor.agreement);
-        self.is_proven && agreed.is_some_and(|share| share < self.settings.relocalized_agreement)
+        self.is_proven
+            && agreed.is_some_and(|share| share < self.settings.relocalized_agreement)
+            && distance_m(place, &self.ekf.pose) > ELSEWHERE_M
     }
 
     /// Whether the scan matches at the predicted pose so well that the robot is still there.

@@ -1,11 +1,11 @@
 //! How far a lidar certainly shows surfaces: half of its range, or farther where its scans have shown that it does.
 
-use super::scan_health::SECTORS;
+use super::SECTORS;
 
 /// Shares of the range. Surfaces within the first return for certain; for the bands between the next ones this is learned.
 const SHARES: [f64; BANDS + 1] = [0.5, 0.6, 0.7, 0.8, 0.9];
 const BANDS: usize = 4;
-/// A sector shows a band by at least this many beams, of which this share returns.
+/// A sector shows a band by at least this many beams, if this share of them returns.
 const MIN_BEAMS: u32 = 3;
 const SEEN_SHARE: f64 = 0.9;
 /// A scan shows a band if more than half of at least this many sectors do. Dark sectors do not count, unless no sector shows it: they may
