@@ -87,7 +87,7 @@ fn sector_without_returns_is_blind_until_it_sees_again() {
 #[test]
 fn covered_sector_of_a_hall_is_blind_once_scans_have_shown_how_far_the_lidar_sees() {
     let hall = RayCaster::new(&room(14.4));
-    let walls = |covered: core::ops::Range<f64>| {
+    let walls = |covered: Range<f64>| {
         let mut scan = scan(|direction| !covered.contains(&direction), f64::INFINITY);
         scan.ranges.iter_mut().filter(|range| range.is_finite()).for_each(|range| *range = 7.2);
         scan
