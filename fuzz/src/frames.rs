@@ -113,8 +113,8 @@ pub fn ld19(data: &[u8]) {
     let used = found.len() * ld19::PACKET_LENGTH + dropped as usize;
     assert!(stream.len() - used < ld19::PACKET_LENGTH, "{} bytes wait", stream.len() - used);
     for packet in &found {
-        let is_in = stream.windows(ld19::PACKET_LENGTH).any(|bytes| bytes == packet.encode());
-        assert!(is_in, "{packet:?}");
+        let sent = packet.encode();
+        assert!(stream.windows(sent.len()).any(|bytes| bytes == sent), "{packet:?}");
     }
     round_trip::<ld19::Decoder>(data);
     let mut bytes = Bytes(data);

@@ -4,6 +4,7 @@
 //! where it shows a surface well within range, a beam without a return contradicts it. A single such beam is no evidence (glass,
 //! a black surface, a removed wall). Most beams of a sector in several scans show that the lidar does not see there.
 
+mod lost_surfaces;
 mod sure_range;
 
 use core::f64::consts::TAU;
@@ -14,6 +15,7 @@ use super::scan_visibility::{ends_alone_within, is_full_turn};
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::{ObstacleGrid, RayCaster, RayEnd, Scan};
 use crate::robot::Footprint;
+use lost_surfaces::LostSurfaces;
 use sure_range::{ComparedBeam, SureRange};
 
 /// Sectors around the lidar; the first is centred in the direction of the robot's x axis.
@@ -81,6 +83,7 @@ pub(super) struct ScanHealth {
     blind_scans: u32,
     /// Within what the map must show a surface: far and grazed surfaces return little.
     sure_range: SureRange,
+    lost: LostSurfaces,
     /// Place of the lidar in the robot's frame.
     lidar: Point,
 }
@@ -89,6 +92,7 @@ impl ScanHealth {
     /// Judges a new scan from a pose in the map.
     pub fn update(&mut self, pose: &Pose, scan: &Scan, known: &RayCaster) {
         self.lidar = scan.origin;
+        self.lost.update(pose, scan, self.sure_range.share() * scan.range_max);
         let sectors = self.coverage(pose, scan, known);
         let sum = |count: fn(&Coverage) -> u32| sectors.iter().map(count).sum::<u32>();
         let (expected, missing) = (sum(|one| one.expected), sum(|one| one.missing));
@@ -192,14 +196,14 @@ impl ScanHealth {
         self.blind_scans > 0
     }
 
-    /// The scan without the beams of dark sectors: they saw nothing, also not that something is gone. And without single ones that
-    /// end within the robot's body, as on dust. `None` where there are no such beams.
+    /// The scan without the beams without a return of dark sectors and towards lost surfaces: they saw nothing, also not that something
+    /// is gone. And without single ones that end within the robot's body, as on dust. `None` where there are no such beams.
     pub fn masked(&self, scan: &Scan, body: &Footprint) -> Option<Scan> {
         let ends_alone_within = ends_alone_within(body, scan);
         let mut beams = (0..scan.ranges.len()).filter(|&beam| {
             let sees_nothing = || !scan.is_return(scan.ranges[beam]);
-            ends_alone_within(beam)
-                || self.dark_scans[sector_of(scan.angle(beam))] > 0 && sees_nothing()
+            let is_dark = || self.dark_scans[sector_of(scan.angle(beam))] > 0;
+            ends_alone_within(beam) || sees_nothing() && (is_dark() || self.lost.hides(beam))
         });
         let first = beams.next()?;
         let mut masked = scan.clone();

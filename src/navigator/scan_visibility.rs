@@ -37,28 +37,35 @@ fn beams_towards(
     Some(from..=to)
 }
 
+/// The beams of [`beams_towards`] by their place in the scan; `None` for one beyond the field of view. `None` without beams.
+pub(super) fn places_towards(
+    pose: &Pose,
+    scan: &Scan,
+    direction: f64,
+    half_angle: f64,
+) -> Option<impl Iterator<Item = Option<usize>> + use<>> {
+    let (count, is_full_turn) = (scan.ranges.len() as i64, is_full_turn(scan));
+    let place = move |beam: i64| {
+        // In a full turn the first beam follows the last.
+        let beam = match beam {
+            ..0 if is_full_turn => beam + count,
+            beam if is_full_turn && beam >= count => beam - count,
+            beam => beam,
+        };
+        usize::try_from(beam).ok().filter(|_| beam < count)
+    };
+    Some(beams_towards(pose, scan, direction, half_angle)?.map(place))
+}
+
 /// The ranges of the beams of [`beams_towards`], metres; NaN beyond the field of view. `None` without beams.
-fn ranges_towards<'a>(
+pub(super) fn ranges_towards<'a>(
     pose: &Pose,
     scan: &'a Scan,
     direction: f64,
     half_angle: f64,
 ) -> Option<impl Iterator<Item = f64> + 'a> {
-    let (beams, is_full_turn) = (scan.ranges.len() as i64, is_full_turn(scan));
-    let range = move |beam: i64| {
-        // In a full turn the first beam follows the last.
-        let beam = match beam {
-            ..0 if is_full_turn => beam + beams,
-            beam if is_full_turn && beam >= beams => beam - beams,
-            beam => beam,
-        };
-        usize::try_from(beam)
-            .ok()
-            .and_then(|beam| scan.ranges.get(beam))
-            .copied()
-            .unwrap_or(f64::NAN)
-    };
-    Some(beams_towards(pose, scan, direction, half_angle)?.map(range))
+    let range = |place: Option<usize>| place.map_or(f64::NAN, |place| scan.ranges[place]);
+    Some(places_towards(pose, scan, direction, half_angle)?.map(range))
 }
 
 /// Whether a scan has beams in all directions within an angle of a direction in the map frame.

@@ -16,16 +16,16 @@ use std::env;
 /// Mutations of each corpus, unless the variable `INBYE_MUTATIONS` says how many: some seconds in all.
 const MUTATIONS: usize = 20_000;
 
-/// Targets with an input time of about ten milliseconds, because a robot drives, and their share of the mutations.
-const SLOW: [&str; 1] = ["node_conversation"];
-const SLOW_SHARE: usize = 50;
+/// Targets with an input time of some milliseconds, because a robot drives, and by what their mutations are fewer.
+const SLOW: [(&str, usize); 2] = [("node_conversation", 50), ("short_drive", 10)];
 
 pub fn trials() -> Vec<Trial> {
     let asked = env::var("INBYE_MUTATIONS").ok();
     let asked = asked.map(|count| count.parse().expect("INBYE_MUTATIONS is a number"));
     let mutations = asked.unwrap_or(MUTATIONS);
     let of_target = move |&(name, body): &Target| {
-        let mutations = if SLOW.contains(&name) { mutations / SLOW_SHARE } else { mutations };
+        let slow = SLOW.iter().find(|(slow, _)| *slow == name);
+        let mutations = mutations / slow.map_or(1, |(_, fewer)| *fewer);
         Trial::test(name, move || {
             let seeds = corpus::read(name)?;
             search::holds(name, body, &seeds, mutations).map_err(|breach| breach.to_string())?;

@@ -3,10 +3,12 @@
 use core::f64::consts::PI;
 
 use inbye::experiment::missions::{MissionSite, Rules};
+use inbye::geometry::{Point, Pose};
 use inbye::local::CpuEngine;
-use inbye::navigator::{Fault, Mode, ObservationFault};
-use inbye::runtime::{Config, MissionResult, Observer};
-use inbye::sim::{FaultInjection, crossing, roadway};
+use inbye::map::OccupancyGrid;
+use inbye::navigator::{Fault, Goal, Mode, ObservationFault};
+use inbye::runtime::{Config, Mission, MissionResult, Observer};
+use inbye::sim::{FaultInjection, Simulation, crossing, roadway};
 
 const FROM_S: f64 = 6.0;
 const TO_S: f64 = f64::INFINITY;
@@ -90,6 +92,32 @@ fn robot_keeps_out_of_a_blind_sector_aside_and_behind() {
             result.observation_faults.contains_key(&ObservationFault::LidarPartlyBlind)
         };
         assert!(results.iter().filter(is_named).count() >= 8);
+    }
+}
+
+/// A box stands ahead in a hall whose walls are out of range. The lidar sees it for a while.
+#[test]
+fn obstacle_that_a_cover_hides_in_a_hall_is_not_forgotten() {
+    let config = Config::default();
+    let mut rows = vec![format!("#{}#", ".".repeat(198)); 150];
+    (rows[0], rows[149]) = ("#".repeat(200), "#".repeat(200));
+    let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default()).expect("a map");
+    let mut truth = map.obstacles(config.unknown);
+    let place = truth.frame().cell_of(&Point::new(20.0, 15.0)).expect("a place in the map");
+    truth.set(place, true);
+    let goal = Goal::at(Point::new(25.0, 15.0));
+    let mission = Mission::new(map, Pose::new(14.0, 15.0, 0.0), goal);
+    for (from_s, width_rad) in [(3.0, 0.5), (3.0, 1.5), (4.5, 4.0)] {
+        let from_rad = -0.5 * width_rad;
+        let sector =
+            FaultInjection::LidarSectorOccluded { from_s, to_s: TO_S, from_rad, width_rad };
+        let mut simulation = Simulation::new(mission.clone());
+        (simulation.truth, simulation.faults) = (Some(truth.clone()), vec![sector]);
+        simulation.mission.time_limit_s = 40.0;
+        let engine = Box::new(CpuEngine::single_threaded());
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+        let result = simulation.run(&config, engine, &mut observer).expect("a path");
+        assert!(!result.collided, "{width_rad} rad from {from_s} s on");
     }
 }
 
