@@ -178,7 +178,12 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
     Err(EndError::Occupied(if space.is_obstacle(cell) {
         format!("is in an obstacle: {hint}")
     } else {
-        format!("is in a cell less than {radius_m:.3} m from an obstacle: {hint}")
+        let frame = space.frame();
+        let to_side = |at: i32, size: i32| at.min(size - 1 - at);
+        let to_edge = to_side(cell.column, frame.width).min(to_side(cell.row, frame.height));
+        let is_at_edge = f64::from(to_edge) * frame.resolution_m < radius_m;
+        let what = if is_at_edge { "the edge of the map" } else { "an obstacle" };
+        format!("is in a cell less than {radius_m:.3} m from {what}: {hint}")
     }))
 }
 

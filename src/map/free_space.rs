@@ -10,8 +10,8 @@ use crate::geometry::Point;
 /// The cells in which the centre of a round robot keeps its radius from every obstacle.
 ///
 /// A cell is free if **every** point of its square is at least the radius away from **every** point of every obstacle
-/// cell's square, and the cell itself is no obstacle. A curve that stays on free cells therefore keeps the radius from
-/// all obstacles, at any point within the cells.
+/// cell's square and of the area outside the grid, and the cell itself is no obstacle. A curve that stays on free cells
+/// therefore keeps the radius from all obstacles, at any point within the cells.
 ///
 /// Uses three bits per cell, so that a search reads 64 cells at once along rows or columns.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +26,7 @@ pub struct FreeSpace {
 
 impl FreeSpace {
     /// Computes the free cells for a robot of this radius in metres. A negative radius counts as zero; NaN leaves no cell
-    /// free. The area outside the grid does not block, but cells outside the grid are never free, so no path leaves it.
+    /// free.
     #[must_use]
     pub fn new(obstacles: &ObstacleGrid, radius_m: f64) -> Self {
         let [space] = Self::for_radii(obstacles, [radius_m]);
@@ -88,10 +88,15 @@ impl FreeSpace {
         self.free.get(cell)
     }
 
-    /// Whether a disc around a point keeps clear of the square of every obstacle; its radius is in metres.
+    /// Whether a disc around a point lies in the grid and keeps clear of the square of every obstacle; its radius is in metres.
     #[must_use]
     pub(crate) fn is_clear(&self, center: &Point, radius_m: f64) -> bool {
-        !self.frame.cells_touched(center, radius_m).any(|cell| self.obstacles.get(cell))
+        let GridFrame { width, height, resolution_m, .. } = self.frame;
+        let (at, radius) = (self.frame.to_cell_units(center), radius_m / resolution_m);
+        let is_within = |at: f64, size: i32| at >= radius && at + radius <= f64::from(size);
+        is_within(at.x, width)
+            && is_within(at.y, height)
+            && !self.frame.cells_touched(center, radius_m).any(|cell| self.obstacles.get(cell))
     }
 
     /// Distance kept from every obstacle, metres, except in cells freed by `free_cells_near`.
@@ -185,7 +190,7 @@ impl FreeSpace {
     }
 }
 
-/// Returns the cells whose square is nearer than `distance`, in cells, to the square of a set cell.
+/// Returns the cells whose square is nearer than `distance`, in cells, to the square of a set cell or to the area outside the grid.
 ///
 /// Set cells themselves have distance zero. A distance of zero or less gives no cell; NaN gives all cells. Each row is
 /// dilated sideways once, from the farthest target row to the nearest: a row `dy` away receives the row dilated by what
@@ -214,8 +219,18 @@ fn dilate(cells: &BitGrid, width: i32, height: i32, distance: f64) -> BitGrid {
             }
         }
     }
+    // The cells next to the edge, as far as those next to an obstacle.
+    let rim = (half_widths.len().saturating_sub(1) as i32).min(width.max(height));
+    let is_beside = |at: i32, size: i32| at < rim || at >= size - rim;
+    let beside: Vec<bool> = (0..width).map(|column| is_beside(column, width)).collect();
+    let sides = BitGrid::from_cells(width, 1, &beside);
     for row in 0..height {
-        clear_padding(near.row_mut(row), width);
+        let near = near.row_mut(row);
+        if is_beside(row, height) {
+            near.fill(u64::MAX);
+        }
+        near.iter_mut().zip(sides.row(0)).for_each(|(near, side)| *near |= side);
+        clear_padding(near, width);
     }
     near
 }
@@ -287,7 +302,7 @@ mod tests {
     use super::*;
     use crate::geometry::{Pose, point_to_unit_square};
 
-    /// Against the distances to all squares. Free cells keep their distance at any point, and half a cell more at the centre.
+    /// Against the distances to all squares and to the edge. Free cells keep their distance at any point, and half a cell more at the centre.
     #[test]
     fn disc_is_clear_of_the_squares_that_are_farther_than_its_radius() {
         let mut random = Pcg64Mcg::seed_from_u64(2);
@@ -303,6 +318,8 @@ mod tests {
                 let at = Point::new(random.random_range(0.0..50.0), random.random_range(0.0..40.0));
                 let squared = |square: &Point| point_to_unit_square(&at, square);
                 let nearest = blocked.iter().map(squared).fold(f64::INFINITY, f64::min).sqrt();
+                let to_edge = at.x.min(at.y).min(50.0 - at.x).min(40.0 - at.y);
+                let nearest = nearest.min(to_edge);
                 let is_clear = whole.is_clear(&frame.from_cell_units(&at), radius_m);
                 if (nearest * 0.05 - radius_m).abs() > 1e-9 {
                     assert_eq!(is_clear, nearest * 0.05 > radius_m, "{at:?}");

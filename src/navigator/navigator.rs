@@ -36,6 +36,7 @@ use crate::global::Plan;
 use crate::local::{LocalPlanner, step_that_overlooks};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
 use crate::robot::{Footprint, MotionEstimate, TickClock, TickTime};
+use braking::FaultyTime;
 
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
 const UNSEEN_GAP_M: f64 = 0.4;
@@ -53,8 +54,7 @@ pub struct Navigator {
     tick_clock: TickClock,
     /// Time since the last tick, one period at least.
     pub(super) tick: TickTime,
-    /// Lateness of the faulty observations since the last valid one, seconds.
-    faulty_late_s: f64,
+    faulty: FaultyTime,
     /// Time between two checked poses of the local planner, seconds.
     step_s: f64,
     /// Half the side of the local window, metres.
@@ -125,7 +125,7 @@ impl Navigator {
         Ok(Self {
             tick_clock: TickClock::new(period_s),
             tick: period_s.into(),
-            faulty_late_s: 0.0,
+            faulty: FaultyTime::default(),
             step_s: planner.settings().sim_step_s,
             window_half_m,
             validator: ObservationValidator::default(),

@@ -35,7 +35,7 @@ pub struct MissionSite {
     pub obstacles: ObstacleGrid,
     /// Cells at least as far from every obstacle as a global path must be.
     pub free: FreeSpace,
-    /// Indices of the free cells that are not at the map's border, ascending.
+    /// Indices of the free cells, ascending.
     free_cells: Vec<usize>,
 }
 
@@ -47,14 +47,11 @@ impl MissionSite {
         let planner = config.route_planner(map.frame().resolution_m);
         let free = FreeSpace::new(&obstacles, planner.least_radius_m());
         let frame = *free.frame();
-        // Everything outside the map is an obstacle for a robot, but not for `FreeSpace`.
-        let rim = (planner.least_radius_m() / frame.resolution_m).ceil() as i32;
-        let is_inner = |cell: Cell| {
-            (rim..frame.width - rim).contains(&cell.column)
-                && (rim..frame.height - rim).contains(&cell.row)
-        };
-        let is_usable = |cell: &Cell| free.is_free(*cell) && is_inner(*cell);
-        let free_cells = frame.cells().filter(is_usable).map(|cell| frame.index(cell)).collect();
+        let free_cells: Vec<usize> = frame
+            .cells()
+            .filter(|&cell| free.is_free(cell))
+            .map(|cell| frame.index(cell))
+            .collect();
         Self { name: name.to_owned(), map: Arc::new(map), obstacles, free, free_cells }
     }
 

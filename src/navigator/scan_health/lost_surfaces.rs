@@ -67,7 +67,7 @@ impl LostSurfaces {
 /// sent there.
 fn is_lost(end: &Point, lidar: &Point, (pose, scan): (&Pose, &Scan)) -> bool {
     let (away_m, direction) = ((*end - *lidar).norm(), bearing(lidar, end));
-    let mut towards = |half_angle: f64| ranges_towards(pose, scan, direction, half_angle);
+    let towards = |half_angle: f64| ranges_towards(pose, scan, direction, half_angle);
     let sees_nothing =
         towards(0.0).is_some_and(|mut ranges| ranges.all(|range_m| !scan.is_return(range_m)));
     let is_near = |range_m: f64| (range_m - away_m).abs() <= MOVES_M;

@@ -104,6 +104,21 @@ fn path_within_a_cell_is_straight() {
     assert_eq!((plan.raw.turns(), plan.raw.length_m()), (0, 0.0));
 }
 
+/// The robot may not leave the map, also where no wall is at its edge.
+#[test]
+fn places_at_an_open_edge_are_as_near_to_it_as_to_a_wall() {
+    let (open, wall) = ("..........", "....#.....");
+    let space = free_space(&[open, open, open, wall, wall], 0.4);
+    let (start, goal) = (Point::new(-9.25, 20.75), Point::new(-5.75, 20.75));
+    query(&space, start, goal).expect("a path between the wall and the edge");
+    let beside = Point::new(-7.75, 22.25);
+    let error = query(&space, start, beside).expect_err("at the edge").to_string();
+    assert!(error.contains("is in a cell less than 0.400 m from the edge of the map"), "{error}");
+    let closed = free_space(&[open, open, wall, wall, wall], 0.4);
+    let error = query(&closed, start, goal).expect_err("no way past the wall");
+    assert_eq!(error.code(), "NO_VALID_PATH");
+}
+
 /// Each cell of the room touches a wall.
 #[test]
 fn coarse_cells_without_free_ones_are_named_as_such() {
