@@ -1,6 +1,7 @@
 //! Missions with a lidar that sees nothing, or not all: the robot touches nothing, and the fault has a name.
 
 use core::f64::consts::PI;
+use std::sync::Arc;
 
 use inbye::experiment::missions::{MissionSite, Rules};
 use inbye::geometry::{Point, Pose};
@@ -101,7 +102,7 @@ fn obstacle_that_a_cover_hides_in_a_hall_is_not_forgotten() {
     let config = Config::default();
     let mut rows = vec![format!("#{}#", ".".repeat(198)); 150];
     (rows[0], rows[149]) = ("#".repeat(200), "#".repeat(200));
-    let map = OccupancyGrid::from_rows(&rows, 0.2, Pose::default()).expect("a map");
+    let map = Arc::new(OccupancyGrid::from_rows(&rows, 0.2, Pose::default()).expect("a map"));
     let mut truth = map.obstacles(config.unknown);
     let place = truth.frame().cell_of(&Point::new(20.0, 15.0)).expect("a place in the map");
     truth.set(place, true);
