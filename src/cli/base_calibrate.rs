@@ -144,7 +144,7 @@ pub fn run(arguments: &CalibrateArguments) -> anyhow::Result<bool> {
     };
     let mut object = result.object(&turned, &driven, &estimate, &status);
     object["why"] = json!(why);
-    let mut lines = Calibration::lines(&turned, &driven, &estimate);
+    let mut lines = Calibration::lines(&turned, &driven, &estimate, arguments);
     match &why {
         Some(why) => lines.push(format!("no settings  {why}")),
         None => lines.extend(result.settings_text(&settings)),
@@ -213,7 +213,8 @@ fn motion(
     let mut meter = Meter::new(*settings, start_s);
     let mut follow = |target: &Twist, is_over: &dyn Fn(f64, &Motion) -> bool| {
         let begin_s = supervisor.now_s();
-        let mut motion = Motion::default();
+        // A supervisor that has ended gives no further status.
+        let mut motion = meter.motion;
         base::drive_while(supervisor, target, |supervisor, status| {
             let now_s = supervisor.now_s();
             let feedback = status.feedback.as_ref();
@@ -280,17 +281,23 @@ impl Calibration {
         })
     }
 
-    fn lines(turned: &Motion, driven: &Motion, estimate: &MotionEstimate) -> Vec<String> {
-        let gyro = turned.by_gyro_rad.map_or_else(
-            || "no gyro: measure the real turn and give it with --turned".to_owned(),
-            |rad| format!("{:.1} deg by the gyro", rad.to_degrees()),
-        );
+    fn lines(
+        turned: &Motion,
+        driven: &Motion,
+        estimate: &MotionEstimate,
+        given: &CalibrateArguments,
+    ) -> Vec<String> {
+        let real = match (given.turned, turned.by_gyro_rad) {
+            (Some(degrees), _) => format!("{degrees:.1} deg by --turned"),
+            (None, Some(rad)) => format!("{:.1} deg by the gyro", rad.to_degrees()),
+            (None, None) => "no gyro: measure the real turn and give it with --turned".to_owned(),
+        };
         let latency = estimate.delay_s.map_or_else(
             || "not identified".to_owned(),
             |it| format!("{:.2} s ({:.2} to {:.2})", it.value, it.low, it.high),
         );
         vec![
-            format!("turned       {:.1} deg by the tracks, {gyro}", turned.turned_rad.to_degrees()),
+            format!("turned       {:.1} deg by the tracks, {real}", turned.turned_rad.to_degrees()),
             format!("driven       {:.3} m by the tracks", driven.driven_m),
             format!("latency      {latency}"),
         ]

@@ -199,6 +199,24 @@ fn calibration_without_encoder_counts_ignores_the_distance() {
     let expected = number(&object, "turned_rad") / core::f64::consts::PI;
     assert!((ratio - expected).abs() < 1e-9, "{object}");
     assert_eq!(object["ticks_per_m"], Value::Null, "{object}");
+/// The signal comes while the base turns.
+#[test]
+fn interrupted_calibration_reports_the_turn_so_far() {
+    for given in ["", "--turned 300"] {
+        let base = Emulated::start("native", "");
+        let host = base.host(&format!("base calibrate --yes --distance 0 {given}"));
+        std::thread::sleep(std::time::Duration::from_secs(6));
+        host.signal("INT");
+        let ended = host.wait();
+        assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+        let object = ended.object();
+        assert!(number(&object, "turned_rad") > 0.3, "{object}");
+        assert!(object["turned_by_gyro_rad"].is_number(), "{object}");
+        assert_eq!(object["effective_width_ratio"], Value::Null, "{object}");
+        base.end();
+    }
+}
+
 }
 
 /// The emulated base has tracks that turn as if they were farther apart than the host's settings say.
