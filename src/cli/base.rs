@@ -295,7 +295,7 @@ pub fn drive_while(
 }
 
 /// Whether the base stands and is commanded to.
-fn is_still(status: &SupervisorStatus) -> bool {
+pub fn is_still(status: &SupervisorStatus) -> bool {
     let reported = status.feedback.as_ref().map(|feedback| feedback.twist);
     status.sent.is_below(STANDSTILL) && reported.is_none_or(|twist| twist.is_below(STANDSTILL))
 }
