@@ -187,7 +187,8 @@ pub struct SendArguments {
 #[command(
     after_help = "Example:\n  inbye base monitor --port /dev/ttyUSB0 --protocol roboclaw --json\n\n\
     Prints ten lines per second; with --json each is an object. The base gets zero commands throughout: queries alone keep the \
-    watchdog of some controllers from acting, so that they would follow their last command."
+    watchdog of some controllers from acting, so that they would follow their last command.\n\
+    Exit status 1: the base is silent at the end. A signal, such as Ctrl-C, is its normal end."
 )]
 pub struct MonitorArguments {
     #[command(flatten)]

@@ -125,7 +125,21 @@ fn ignored_signals_neither_suspend_nor_end_the_program() {
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let object = ended.object();
     assert!(object["time_s"].as_f64().is_some_and(|time_s| time_s > 2.5), "{object}");
-    assert_stopped_by_zeros(base, "TTIN, TTOU, HUP");
+    assert_stopped_by_zeros(base, "TTIN, TTOU, XFSZ, HUP");
+}
+
+/// A monitor without `--for` ends by a signal only.
+#[test]
+fn signal_is_the_normal_end_of_a_monitor() {
+    for signal in ["INT", "TERM", "TSTP"] {
+        let base = Emulated::start("native", "");
+        let mut host = base.host("base monitor");
+        host.line();
+        host.signal(signal);
+        let ended = host.wait();
+        assert_eq!(ended.status.code(), Some(0), "{signal}: {ended:?}");
+        base.end();
+    }
 }
 
 #[test]
