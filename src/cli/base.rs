@@ -244,6 +244,16 @@ pub fn send(arguments: &SendArguments) -> anyhow::Result<bool> {
             twist.linear, twist.angular
         ));
     }
+    let tracks = line.config.base.drive().tracks(&twist);
+    let moving = line.config.base.tracks.apply_deadband(&tracks);
+    if moving != tracks {
+        let deadband = line.config.base.tracks.deadband;
+        let moving = line.config.base.drive().twist(&moving);
+        output::warn(format!(
+            "a track slower than {deadband} m/s stands (deadband in [base.tracks]): the base drives {:.2} m/s and {:.2} rad/s",
+            moving.linear, moving.angular
+        ));
+    }
     output::note(format!(
         "the base answers: {:.2} m/s and {:.2} rad/s for {} s",
         twist.linear, twist.angular, arguments.for_s

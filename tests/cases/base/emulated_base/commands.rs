@@ -44,6 +44,18 @@ fn speed_above_that_of_the_tracks_is_announced_in_every_protocol() {
     }
 }
 
+/// A base gets zeros below the deadband of its settings, 0.02 m/s.
+#[test]
+fn speed_within_the_deadband_is_announced() {
+    let base = Emulated::start("native", "");
+    for (speed, is_announced) in [("0.01", true), ("0.02", false), ("0", false)] {
+        let ended = base.host(&format!("base send --linear {speed} --for 0.3")).wait();
+        let text = "a track slower than 0.02 m/s stands (deadband in [base.tracks]): the base drives 0.00 m/s";
+        assert_eq!(ended.stderr.contains(text), is_announced, "{speed}: {ended:?}");
+    }
+    assert_eq!(number(&base.end(), "linear"), 0.0);
+}
+
 #[test]
 fn stuck_track_stops_base_with_cause() {
     for protocol in PROTOCOLS {
@@ -187,18 +199,6 @@ fn calibration_with_a_lost_line_prints_no_settings() {
     assert!(object["why"].is_string(), "{object}");
 }
 
-/// Its firmware measures the distance, so that no setting of the host corrects it.
-#[test]
-fn calibration_without_encoder_counts_ignores_the_distance() {
-    let base = Emulated::start("wheeltec", "");
-    let calibrate = "base calibrate --yes --turns 0.5 --distance 0.3";
-    let ended = base.host(&format!("{calibrate} --driven 0.4 --turned 180")).wait();
-    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
-    let object = ended.object();
-    let ratio = number(&object, "effective_width_ratio");
-    let expected = number(&object, "turned_rad") / core::f64::consts::PI;
-    assert!((ratio - expected).abs() < 1e-9, "{object}");
-    assert_eq!(object["ticks_per_m"], Value::Null, "{object}");
 /// The signal comes while the base turns.
 #[test]
 fn interrupted_calibration_reports_the_turn_so_far() {
@@ -217,6 +217,18 @@ fn interrupted_calibration_reports_the_turn_so_far() {
     }
 }
 
+/// Its firmware measures the distance, so that no setting of the host corrects it.
+#[test]
+fn calibration_without_encoder_counts_ignores_the_distance() {
+    let base = Emulated::start("wheeltec", "");
+    let calibrate = "base calibrate --yes --turns 0.5 --distance 0.3";
+    let ended = base.host(&format!("{calibrate} --driven 0.4 --turned 180")).wait();
+    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
+    let object = ended.object();
+    let ratio = number(&object, "effective_width_ratio");
+    let expected = number(&object, "turned_rad") / core::f64::consts::PI;
+    assert!((ratio - expected).abs() < 1e-9, "{object}");
+    assert_eq!(object["ticks_per_m"], Value::Null, "{object}");
 }
 
 /// The emulated base has tracks that turn as if they were farther apart than the host's settings say.
