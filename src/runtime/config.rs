@@ -169,6 +169,7 @@ settings! {
         let expected = "at least that of the protective layer, margin_m in [collision_monitor]";
         require(is_valid, "safety_margin_m", navigator.safety_margin_m, expected)
             .map_err(|error| error.in_table("navigator"))?;
+        config.check_parking_speeds()?;
         // The sender follows a command for this time. A robot among people could not brake for them in time between two decisions:
         // it waits for them instead, for ever at 0.5 s.
         let period_s = config.local.control_period_s;
@@ -196,6 +197,21 @@ impl Config {
         let layer_s = if layer.enabled { layer.source_timeout } else { f64::INFINITY };
         // Rounded for the message.
         ((self.navigator.scan_timeout_s.min(layer_s) - period_s) * 1e6).round() / 1e6
+    }
+
+    /// A parking robot that moves has at least these speeds: faster than it can drive, it jumps back and forth over its goal.
+    fn check_parking_speeds(&self) -> Result<(), SettingError> {
+        let (navigator, limits) = (&self.navigator, &self.robot.limits);
+        let check = |name, least: f64, most: f64, expected| {
+            require(least <= most, name, least, expected)
+                .map_err(|error| error.with_bound(most).in_table("navigator"))
+        };
+        let (linear, angular) =
+            (navigator.min_approach_linear_velocity, navigator.min_rotational_vel);
+        let expected = "at most max_vel_x in [robot.limits]";
+        check("min_approach_linear_velocity", linear, limits.max_vel_x, expected)?;
+        let expected = "at most max_vel_theta in [robot.limits]";
+        check("min_rotational_vel", angular, limits.max_vel_theta, expected)
     }
 
     /// Checks the delays against [`Self::largest_sensing_delay_s`].

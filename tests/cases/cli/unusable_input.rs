@@ -278,6 +278,8 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [simulation.pedestrians]|min_speed = 0.9|max_speed = 0.2 -> line 3; [simulation.pedestrians] max_speed is 0.2; at least min_speed
 [local]|sim_step_s = 5.0 -> [local] sim_step_s is 5; at most sim_time_s
 [global_planner]|command = [' '] -> line 1; [global_planner] length of the program in command is 0; above zero
+[navigator]|min_approach_linear_velocity = 1.5 -> [navigator] min_approach_linear_velocity is 1.5; at most max_vel_x in [robot.limits], 1
+[navigator]|min_rotational_vel = 1.5 -> [navigator] min_rotational_vel is 1.5; at most max_vel_theta in [robot.limits], 1
 [walkers]|radius_m = 0.2 -> line 1; `walkers` is now `simulation.pedestrians`
 [navigator]|patience_s = 1.0 -> line 2; `patience_s` is now `stuck_patience_s`
 ";
