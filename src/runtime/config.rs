@@ -218,6 +218,9 @@ impl Config {
     fn check_scan_age(&self) -> Result<(), SettingError> {
         let SimulationSettings { sensing_delay_s, plant_ranges, .. } = &self.simulation;
         let largest_s = self.largest_sensing_delay_s();
+        if largest_s < 0.0 {
+            return Err(self.too_short_scan_timeout(sensing_delay_s - largest_s));
+        }
         let expected = "at most scan_timeout_s in [navigator] and source_timeout in [collision_monitor], less the time \
             between two scans";
         let check = |delay_s: f64| {
@@ -231,6 +234,21 @@ impl Config {
             return Ok(());
         }
         check(latest_s).map_err(|error| error.in_table("simulation.plant_ranges"))
+    }
+
+    /// The error of the shorter timeout of scans, which no delay of the lidar meets: it lacks this time, seconds.
+    fn too_short_scan_timeout(&self, lacking_s: f64) -> SettingError {
+        let (timeout_s, layer) = (self.navigator.scan_timeout_s, &self.collision_monitor);
+        let (table, name, timeout_s) = if layer.enabled && layer.source_timeout < timeout_s {
+            ("collision_monitor", "source_timeout", layer.source_timeout)
+        } else {
+            ("navigator", "scan_timeout_s", timeout_s)
+        };
+        let expected =
+            "at least 1 / scan_rate_hz in [simulation.lidar] plus sensing_delay_s in [simulation]";
+        // Rounded for the message.
+        let least_s = ((timeout_s + lacking_s) * 1e6).round() / 1e6;
+        SettingError::new(name, timeout_s, expected).with_bound(least_s).in_table(table)
     }
 
     /// Creates the protective layer of this robot's sender, which sends a command in each period, seconds. It is not armed.
