@@ -1,7 +1,10 @@
 //! Detects a base that does not follow its commands: stuck, reversed or runaway tracks, slip, delay, low battery.
 
+mod held_speed;
+
 use std::collections::VecDeque;
 
+use held_speed::HeldSpeed;
 use serde::{Deserialize, Serialize};
 
 use super::{BaseError, BaseSettings, Faults, Feedback, StopCause, Tilt};
@@ -12,8 +15,8 @@ use crate::settings::settings;
 /// A track that travels less than this share of its commanded distance stands, if for long.
 const STUCK_SHARE: f64 = 0.2;
 
-/// Time after which a base with two standing tracks ignores its commands, as a share of the time for one stuck track. It is
-/// shorter because both tracks agree.
+/// Time after which a base whose tracks both stand, or both keep their speed, ignores its commands, as a share of the time for one
+/// stuck track. It is shorter because both tracks agree.
 const IGNORED_SHARE: f64 = 0.7;
 
 /// A track that travels backwards by at least this share of its commanded distance is wired in reverse. No track coasts or rolls
@@ -52,8 +55,8 @@ settings! {
         /// coarse encoders may hold a sound track.
         pub motion_threshold_m_s: f64 = 0.1, ["m/s", above 0 to 1];
         /// Time of commanded motion after which a track that stands is stuck. Default 1 s: motors with a lag of 0.2 s
-        /// have long moved, and blocked motors have not yet burnt out. A base whose tracks both stand ignores its commands after
-        /// 0.7 of this time.
+        /// have long moved, and blocked motors have not yet burnt out. A base whose tracks both stand or both keep their
+        /// speed ignores its commands after 0.7 of this time.
         pub stuck_s: f64 = 1.0, ["s", above 0 to 5];
         /// Time after which a track that runs against its command is reversed. Default 0.5 s: commands are ramped, so
         /// that tracks follow them within a lag or two.
@@ -113,6 +116,7 @@ pub struct FaultDetector {
 #[derive(Clone, Debug, Default)]
 struct Symptoms {
     tracks: PerTrack<TrackTravel>,
+    held_speed: HeldSpeed,
     slip: SymptomTimer,
     command_delay: SymptomTimer,
     low_battery: SymptomTimer,
@@ -293,7 +297,7 @@ impl FaultDetector {
         let step = (now_s, time_s);
         let left = self.check_track(Side::Left, step, commanded.left, measured.left);
         let right = self.check_track(Side::Right, step, commanded.right, measured.right);
-        let ignored = self.check_ignored(sample);
+        let ignored = self.check_ignored(sample, time_s, left.or(right).is_some());
         let slip = self.check_slip(time_s, &feedback);
         let command_delay = self.check_command_delay(time_s, &feedback);
         let battery = self.check_battery(time_s, &feedback);
@@ -339,12 +343,28 @@ impl FaultDetector {
         }
     }
 
-    fn check_ignored(&self, sample: &BaseSample) -> Option<StopCause> {
-        let PerTrack { left, right } = &self.symptoms.tracks;
-        let window_s = IGNORED_SHARE * self.settings.stuck_s;
-        let Twist { linear, angular } = sample.sent;
-        (left.stood(window_s) && right.stood(window_s))
-            .then_some(StopCause::IgnoresCommands { linear, angular })
+    /// `is_wrong` tells whether a track does not follow its command by the other checks.
+    fn check_ignored(
+        &mut self,
+        sample: &BaseSample,
+        time_s: f64,
+        is_wrong: bool,
+    ) -> Option<StopCause> {
+        let settings = &self.settings;
+        let Symptoms { tracks: PerTrack { left, right }, held_speed, .. } = &mut self.symptoms;
+        let window_s = IGNORED_SHARE * settings.stuck_s;
+        let least = settings.motion_threshold_m_s;
+        let stands = left.stood(window_s) && right.stood(window_s);
+        let commanded = PerTrack::new(left.expected, right.expected);
+        let measured = PerTrack::new(left.smoothed, right.smoothed);
+        let keeps_speed = held_speed.update((commanded, measured), (time_s, window_s), least);
+        // A track that keeps its speed looks like a runaway or reversed one as soon as its command is lower or reversed.
+        let is_held = keeps_speed || is_wrong && held_speed.has_left(commanded, least);
+        (stands || is_held).then_some(StopCause::IgnoresCommands {
+            linear: sample.sent.linear,
+            angular: sample.sent.angular,
+            measured: sample.feedback.twist,
+        })
     }
 
     fn check_slip(&mut self, time_s: f64, feedback: &Feedback) -> Option<StopCause> {

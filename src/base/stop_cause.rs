@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use super::Faults;
+use crate::geometry::Twist;
 use crate::robot::Side;
 
 /// Why a stop is latched. Speeds in m/s, forward positive.
@@ -45,15 +46,15 @@ pub enum StopCause {
         /// Configured maximum, rad.
         max: f64,
     },
-    /// Both tracks stand although motion is commanded.
-    #[error(
-        "the base stands while commanded {linear:.2} m/s and {angular:.2} rad/s: it ignores its commands, or its motors have no power"
-    )]
+    /// Both tracks stand although motion is commanded, or keep their speed although their commands change.
+    #[error("{}", ignored_text(&Twist::new(*.linear, *.angular), .measured))]
     IgnoresCommands {
         /// Commanded speed, m/s.
         linear: f64,
         /// Commanded turn rate, rad/s.
         angular: f64,
+        /// Measured motion.
+        measured: Twist,
     },
     /// The measured motion is NaN or infinite.
     #[error("the base reports a motion that is not finite")]
@@ -120,4 +121,22 @@ pub enum StopCause {
         /// Age of the oldest command not yet accepted, seconds.
         delay_s: f64,
     },
+}
+
+/// Speed below which a base that ignores its commands stands, m/s and rad/s.
+const STANDSTILL: f64 = 0.1;
+
+fn ignored_text(commanded: &Twist, measured: &Twist) -> String {
+    let Twist { linear, angular } = commanded;
+    let commanded = format!("while commanded {linear:.2} m/s and {angular:.2} rad/s");
+    if measured.is_below(STANDSTILL) {
+        return format!(
+            "the base stands {commanded}: it ignores its commands, or its motors have no power"
+        );
+    }
+    let Twist { linear, angular } = measured;
+    format!(
+        "the base keeps {linear:.2} m/s and {angular:.2} rad/s {commanded}: it ignores its commands; cut the motors' power, then check \
+         the line to the base"
+    )
 }

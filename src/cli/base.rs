@@ -187,7 +187,8 @@ pub struct SendArguments {
 #[command(
     after_help = "Example:\n  inbye base monitor --port /dev/ttyUSB0 --protocol roboclaw --json\n\n\
     Prints ten lines per second; with --json each is an object. The base gets zero commands throughout: queries alone keep the \
-    watchdog of some controllers from acting, so that they would follow their last command."
+    watchdog of some controllers from acting, so that they would follow their last command.\n\
+    Exit status 1: the base is silent at the end. A signal, such as Ctrl-C, is its normal end."
 )]
 pub struct MonitorArguments {
     #[command(flatten)]
@@ -243,6 +244,16 @@ pub fn send(arguments: &SendArguments) -> anyhow::Result<bool> {
             twist.linear, twist.angular
         ));
     }
+    let tracks = line.config.base.drive().tracks(&twist);
+    let moving = line.config.base.tracks.apply_deadband(&tracks);
+    if moving != tracks {
+        let deadband = line.config.base.tracks.deadband;
+        let moving = line.config.base.drive().twist(&moving);
+        output::warn(format!(
+            "a track slower than {deadband} m/s stands (deadband in [base.tracks]): the base drives {:.2} m/s and {:.2} rad/s",
+            moving.linear, moving.angular
+        ));
+    }
     output::note(format!(
         "the base answers: {:.2} m/s and {:.2} rad/s for {} s",
         twist.linear, twist.angular, arguments.for_s
@@ -295,7 +306,7 @@ pub fn drive_while(
 }
 
 /// Whether the base stands and is commanded to.
-fn is_still(status: &SupervisorStatus) -> bool {
+pub fn is_still(status: &SupervisorStatus) -> bool {
     let reported = status.feedback.as_ref().map(|feedback| feedback.twist);
     status.sent.is_below(STANDSTILL) && reported.is_none_or(|twist| twist.is_below(STANDSTILL))
 }

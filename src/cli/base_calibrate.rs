@@ -25,6 +25,15 @@ const PAUSE_S: f64 = 1.0;
 /// Longest time of a motion, as a multiple of the one that the command takes.
 const LONGEST: f64 = 3.0;
 
+/// Largest rate of the gyro while the base stands, rad/s. A gyro that reads more was not zeroed, and its scale may be wrong as well.
+const MAX_GYRO_BIAS: f64 = 0.1;
+
+/// Largest change of that rate during a turn, rad/s: it changes `effective_width_ratio` by 2 %.
+const MAX_GYRO_DRIFT: f64 = 0.02 * TURN_RATE;
+
+/// Time at a standstill after which the gyro shows its bias, seconds: a body rocks when it stops.
+const SETTLED_S: f64 = 0.3;
+
 /// Assumed latency before it is identified, seconds. It affects nothing here.
 const ASSUMED_S: f64 = 0.3;
 
@@ -33,10 +42,12 @@ const ASSUMED_S: f64 = 0.3;
 #[command(
     after_help = "Example:\n  inbye base calibrate --port /dev/ttyUSB0 --protocol wheeltec --turned 342 --driven 0.98\n\n\
     The base turns on the spot by its encoders and drives straight ahead. It needs 1 m of free floor on all sides and as far \
-    ahead as it drives, and an operator at the emergency stop. A gyro measures the real turn; without one, measure the turn by a \
+    ahead as it drives, and an operator at the emergency stop. A gyro measures the real turn, less the rate that it \
+    reads while the base stands; without one, measure the turn by a \
     mark on the floor and give it with --turned. Measure the distance with a tape and give it with --driven.\n\
     The settings to paste into the file of --base-config are printed, and the latency for [navigator] actuation_delay_s.\n\
-    Exit status 1: the base was stopped, the line was lost, a motion was not completed, or a signal came. Then no settings are printed."
+    Exit status 1: the base was stopped, the line was lost, a motion was not completed, the gyro is not usable, or a signal came. \
+    Then no settings are printed."
 )]
 pub struct CalibrateArguments {
     #[command(flatten)]
@@ -64,10 +75,98 @@ struct Motion {
     /// Turn and distance by the tracks, radians and metres.
     turned_rad: f64,
     driven_m: f64,
-    /// Turn by the gyro, radians.
-    by_gyro_rad: Option<f64>,
+    /// What the gyro measured, if there is one.
+    gyro: Option<GyroTurn>,
     /// Whether the tracks were measured by encoder counts, which `ticks_per_m` scales.
     has_counts: bool,
+}
+
+impl Motion {
+    /// Turn by the gyro, radians.
+    fn by_gyro_rad(&self) -> Option<f64> {
+        self.gyro.map(|gyro| gyro.turned_rad())
+    }
+}
+
+/// A turn by the gyro, which reads a bias also while the base stands.
+#[derive(Clone, Copy, Debug, Default)]
+struct GyroTurn {
+    /// The whole turn, with the bias.
+    whole: GyroRate,
+    /// The standstill before and after the motion.
+    before: GyroRate,
+    after: GyroRate,
+    has_moved: bool,
+    /// Time of the present standstill, seconds.
+    still_s: f64,
+}
+
+/// A turn with its time, in radians and seconds.
+#[derive(Clone, Copy, Debug, Default)]
+struct GyroRate {
+    turned_rad: f64,
+    time_s: f64,
+}
+
+impl GyroRate {
+    fn add(&mut self, rate: f64, time_s: f64) {
+        self.turned_rad += rate * time_s;
+        self.time_s += time_s;
+    }
+
+    /// The mean rate, rad/s; none without a time.
+    fn mean(&self) -> Option<f64> {
+        (self.time_s > 0.0).then(|| self.turned_rad / self.time_s)
+    }
+}
+
+impl GyroTurn {
+    /// Takes a measured turn rate, rad/s, for a time step, seconds.
+    fn update(&mut self, rate: f64, time_s: f64, is_still: bool) {
+        self.whole.add(rate, time_s);
+        self.has_moved |= !is_still;
+        self.still_s = if is_still { self.still_s + time_s } else { 0.0 };
+        if self.still_s >= SETTLED_S {
+            let standstill = if self.has_moved { &mut self.after } else { &mut self.before };
+            standstill.add(rate, time_s);
+        }
+    }
+
+    /// The rate at a standstill, rad/s: the mean of before and after the motion; none if the base never stood.
+    fn bias(&self) -> Option<f64> {
+        match (self.before.mean(), self.after.mean()) {
+            (Some(before), Some(after)) => Some(f64::midpoint(before, after)),
+            (before, after) => before.or(after),
+        }
+    }
+
+    /// The turn without the bias, radians.
+    fn turned_rad(&self) -> f64 {
+        self.whole.turned_rad - self.bias().unwrap_or(0.0) * self.whole.time_s
+    }
+
+    /// Why the gyro does not measure a turn; none if it does.
+    fn unusable(&self) -> Option<String> {
+        const CURE: &str = "measure the turn by a mark on the floor, and give it with --turned";
+        let (Some(before), Some(after)) = (self.before.mean(), self.after.mean()) else {
+            return Some(format!(
+                "the base did not stand for {SETTLED_S} s before and after the turn, so the gyro's bias is unknown: {CURE}"
+            ));
+        };
+        if (after - before).abs() > MAX_GYRO_DRIFT {
+            return Some(format!(
+                "the gyro of the standing base read {before:.3} rad/s before the turn and {after:.3} rad/s after it: let it warm up, \
+                 or {CURE}"
+            ));
+        }
+        let bias = f64::midpoint(before, after);
+        (bias.abs() > MAX_GYRO_BIAS).then(|| {
+            format!(
+                "the gyro of the standing base reads {bias:.3} rad/s, at most {MAX_GYRO_BIAS} is usable: switch the base on while it \
+                 stands still, or {CURE}"
+            )
+        })
+    }
 }
 
 /// Integrates the reports of a base.
@@ -102,7 +201,8 @@ impl Meter {
         self.motion.turned_rad += moved.angular;
         self.motion.driven_m += moved.linear;
         if let Some(rate) = feedback.yaw_rate {
-            *self.motion.by_gyro_rad.get_or_insert(0.0) += rate * elapsed_s;
+            let gyro = self.motion.gyro.get_or_insert_default();
+            gyro.update(rate, elapsed_s, base::is_still(status));
         }
     }
 }
@@ -135,7 +235,9 @@ pub fn run(arguments: &CalibrateArguments) -> anyhow::Result<bool> {
     }
     let status = supervisor.status();
     drop(supervisor);
-    let why = why_invalid(&status, is_complete, failures);
+    let gyro = turned.gyro.filter(|_| arguments.turns > 0.0 && arguments.turned.is_none());
+    let why = why_invalid(&status, is_complete, failures)
+        .or_else(|| gyro.and_then(|gyro| gyro.unusable()));
     let estimate = *identifier.estimate();
     let result = if why.is_none() {
         Calibration::new(&settings, &turned, &driven, arguments)
@@ -144,7 +246,7 @@ pub fn run(arguments: &CalibrateArguments) -> anyhow::Result<bool> {
     };
     let mut object = result.object(&turned, &driven, &estimate, &status);
     object["why"] = json!(why);
-    let mut lines = Calibration::lines(&turned, &driven, &estimate);
+    let mut lines = Calibration::lines(&turned, &driven, &estimate, arguments);
     match &why {
         Some(why) => lines.push(format!("no settings  {why}")),
         None => lines.extend(result.settings_text(&settings)),
@@ -213,7 +315,8 @@ fn motion(
     let mut meter = Meter::new(*settings, start_s);
     let mut follow = |target: &Twist, is_over: &dyn Fn(f64, &Motion) -> bool| {
         let begin_s = supervisor.now_s();
-        let mut motion = Motion::default();
+        // A supervisor that has ended gives no further status.
+        let mut motion = meter.motion;
         base::drive_while(supervisor, target, |supervisor, status| {
             let now_s = supervisor.now_s();
             let feedback = status.feedback.as_ref();
@@ -252,7 +355,7 @@ impl Calibration {
             real_m.map(|real_m| settings.ticks_per_m.map(|per_m| per_m * driven.driven_m / real_m));
         // More ticks per metre make the measured turn smaller in the same proportion.
         let scale = real_m.map_or(1.0, |real_m| real_m / driven.driven_m);
-        let real_rad = given.turned.map(f64::to_radians).or(turned.by_gyro_rad);
+        let real_rad = given.turned.map(f64::to_radians).or_else(|| turned.by_gyro_rad());
         let width = real_rad.filter(|real_rad| *real_rad > 0.1 && turned.turned_rad > 0.1);
         let present = settings.effective_width_ratio;
         Self {
@@ -270,7 +373,8 @@ impl Calibration {
     ) -> Value {
         json!({
             "turned_rad": turned.turned_rad,
-            "turned_by_gyro_rad": turned.by_gyro_rad,
+            "turned_by_gyro_rad": turned.by_gyro_rad(),
+            "gyro_bias_rad_s": turned.gyro.and_then(|gyro| gyro.bias()),
             "driven_m": driven.driven_m,
             "effective_width_ratio": self.width_ratio,
             "ticks_per_m": self.ticks_per_m,
@@ -280,17 +384,23 @@ impl Calibration {
         })
     }
 
-    fn lines(turned: &Motion, driven: &Motion, estimate: &MotionEstimate) -> Vec<String> {
-        let gyro = turned.by_gyro_rad.map_or_else(
-            || "no gyro: measure the real turn and give it with --turned".to_owned(),
-            |rad| format!("{:.1} deg by the gyro", rad.to_degrees()),
-        );
+    fn lines(
+        turned: &Motion,
+        driven: &Motion,
+        estimate: &MotionEstimate,
+        given: &CalibrateArguments,
+    ) -> Vec<String> {
+        let real = match (given.turned, turned.by_gyro_rad()) {
+            (Some(degrees), _) => format!("{degrees:.1} deg by --turned"),
+            (None, Some(rad)) => format!("{:.1} deg by the gyro", rad.to_degrees()),
+            (None, None) => "no gyro: measure the real turn and give it with --turned".to_owned(),
+        };
         let latency = estimate.delay_s.map_or_else(
             || "not identified".to_owned(),
             |it| format!("{:.2} s ({:.2} to {:.2})", it.value, it.low, it.high),
         );
         vec![
-            format!("turned       {:.1} deg by the tracks, {gyro}", turned.turned_rad.to_degrees()),
+            format!("turned       {:.1} deg by the tracks, {real}", turned.turned_rad.to_degrees()),
             format!("driven       {:.3} m by the tracks", driven.driven_m),
             format!("latency      {latency}"),
         ]
@@ -315,5 +425,53 @@ impl Calibration {
         }
         lines.insert(0, "[base]".to_owned());
         lines
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A turn of 2 pi at 0.5 rad/s between two standstills of a second, with the gyro's bias before it and its growth, rad/s.
+    fn turn(bias: f64, growth: f64) -> GyroTurn {
+        let mut gyro = GyroTurn::default();
+        let mut run = |rate: f64, time_s: f64, is_still: bool| {
+            for _ in 0..(time_s * 50.0).round() as usize {
+                gyro.update(rate, 0.02, is_still);
+            }
+        };
+        run(bias, PAUSE_S, true);
+        run(TURN_RATE + bias + growth / 2.0, TAU / TURN_RATE, false);
+        // It rocks while it comes to a stop.
+        run(0.2 + bias + growth, 0.2, true);
+        run(-0.2 + bias + growth, 0.08, true);
+        run(bias + growth, PAUSE_S, true);
+        gyro
+    }
+
+    #[test]
+    fn gyro_bias_does_not_change_the_turn() {
+        for (bias, growth) in [(0.0, 0.0), (0.02, 0.0), (-0.09, 0.0), (0.05, 0.008)] {
+            let gyro = turn(bias, growth);
+            assert_eq!(gyro.unusable(), None, "{bias} {growth}");
+            let relative = (gyro.turned_rad() - 0.024) / TAU;
+            assert!((relative - 1.0).abs() < 0.002, "{bias} {growth}: {relative}");
+            let read = gyro.bias().expect("it stood");
+            assert!((read - bias - growth / 2.0).abs() < 1e-9, "{bias} {growth}: {read}");
+        }
+    }
+
+    #[test]
+    fn gyro_with_a_large_or_changing_bias_is_unusable() {
+        for (bias, growth, expected) in [
+            (0.12, 0.0, "reads 0.120 rad/s"),
+            (0.01, 0.012, "read 0.010 rad/s before the turn and 0.022 rad/s after it"),
+        ] {
+            let why = turn(bias, growth).unusable().expect("unusable");
+            assert!(why.contains(expected) && why.contains("--turned"), "{why}");
+        }
+        let mut moving = GyroTurn::default();
+        moving.update(0.5, 0.02, false);
+        assert!(moving.unusable().is_some_and(|why| why.contains("did not stand")));
     }
 }

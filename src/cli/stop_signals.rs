@@ -10,7 +10,7 @@ use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, raise, si
 
 /// Signals that end or suspend a program by default, and that end it here as SIGTERM does: Ctrl-\ and Ctrl-Z in a terminal, timers and
 /// limits of the process. Not among them are errors of the program itself, after which its code cannot go on.
-const ENDING: [Signal; 9] = [
+const ENDING: [Signal; 8] = [
     Signal::SIGQUIT,
     Signal::SIGTSTP,
     Signal::SIGUSR2,
@@ -18,7 +18,6 @@ const ENDING: [Signal; 9] = [
     Signal::SIGVTALRM,
     Signal::SIGPROF,
     Signal::SIGXCPU,
-    Signal::SIGXFSZ,
     Signal::SIGABRT,
 ];
 
@@ -28,8 +27,9 @@ const ENDING_ON_LINUX: [Signal; 3] = [Signal::SIGIO, Signal::SIGPWR, Signal::SIG
 #[cfg(not(target_os = "linux"))]
 const ENDING_ON_LINUX: [Signal; 0] = [];
 
-/// Reading from or writing to the terminal in the background: an error or possible, but no reason to suspend the program.
-const IGNORED: [Signal; 2] = [Signal::SIGTTIN, Signal::SIGTTOU];
+/// Reading from or writing to the terminal in the background: an error or possible, but no reason to suspend the program. A file
+/// at the limit of its size: the write fails, which ends a recording and not the drive.
+const IGNORED: [Signal; 3] = [Signal::SIGTTIN, Signal::SIGTTOU, Signal::SIGXFSZ];
 
 /// Whether SIGUSR1 has come and the robot was not yet stopped for it.
 static STOP_SIGNAL: AtomicBool = AtomicBool::new(false);

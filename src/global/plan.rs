@@ -203,7 +203,7 @@ fn extent(frame: &GridFrame) -> String {
 
 /// Names the centre of the nearest free cell, to the millimetre. This is in the cell, whose side is rarely below a
 /// centimetre.
-fn nearest_free(space: &FreeSpace, point: &Point) -> String {
+pub(crate) fn nearest_free(space: &FreeSpace, point: &Point) -> String {
     let frame = space.frame();
     space.nearest_free(point).map_or_else(
         || {

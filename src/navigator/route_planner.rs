@@ -6,9 +6,9 @@ use super::{GlobalPlanner, NavigatorSettings};
 use crate::geometry::Point;
 use crate::global::{
     self, BodySpace, ClearanceCosts, Plan, PlanError, PlanningSpace, SearchMethod, Searcher,
-    free_goal_cell, nearest_reachable_within,
+    free_goal_cell, nearest_free, nearest_reachable_within,
 };
-use crate::map::{FreeSpace, MovingDisc, ObstacleGrid};
+use crate::map::{Cell, FreeSpace, MovingDisc, ObstacleGrid};
 use crate::robot::Footprint;
 use crate::settings::{SettingError, require};
 
@@ -324,7 +324,30 @@ impl RoutePlanner {
         let terrain = task.terrain;
         let ground = PlanningSpace { search, smoothing, costs: terrain.costs.as_ref() };
         let from = self.free_start(&terrain.obstacles, search, task.start);
-        global::plan(&mut self.searcher, &ground, from, task.goal, &self.settings, task.clock)
+        let planned =
+            global::plan(&mut self.searcher, &ground, from, task.goal, &self.settings, task.clock);
+        planned.map_err(|error| self.with_start_criterion(&terrain.obstacles, search, error))
+    }
+
+    /// The error of a start, with the distance that a start needs: a robot may begin nearer to obstacles than its path.
+    fn with_start_criterion(
+        &self,
+        obstacles: &ObstacleGrid,
+        space: &FreeSpace,
+        error: PlanError,
+    ) -> PlanError {
+        let PlanError::StartOccupied { place, why } = error else {
+            return error;
+        };
+        let cell = space.frame().cell_of(&place).filter(|cell| !space.is_obstacle(*cell));
+        if cell.is_none_or(|cell| self.stands_clear(obstacles, cell)) {
+            return PlanError::StartOccupied { place, why };
+        }
+        let (radius_m, hint) = (self.inscribed_radius_m, nearest_free(space, &place));
+        let why = format!(
+            "is in a cell less than {radius_m:.3} m from an obstacle, too near for the robot at any yaw: {hint}"
+        );
+        PlanError::StartOccupied { place, why }
     }
 
     /// The nearest free point to a start that is within a margin. Any free point beyond a wall is farther away.
@@ -340,8 +363,12 @@ impl RoutePlanner {
         }
         let nearest = space.nearest_free(&start).map(|cell| frame.center_of(cell));
         let near = |point: &Point| (point - start).norm() < self.least_radius_m;
-        let stands_clear = || FreeSpace::new(obstacles, self.inscribed_radius_m).is_free(cell);
-        nearest.filter(|point| near(point) && stands_clear()).unwrap_or(start)
+        nearest.filter(|point| near(point) && self.stands_clear(obstacles, cell)).unwrap_or(start)
+    }
+
+    /// Whether the circle within the robot's body has room in a cell.
+    fn stands_clear(&self, obstacles: &ObstacleGrid, cell: Cell) -> bool {
+        FreeSpace::new(obstacles, self.inscribed_radius_m).is_free(cell)
     }
 }
 

@@ -169,6 +169,7 @@ settings! {
         let expected = "at least that of the protective layer, margin_m in [collision_monitor]";
         require(is_valid, "safety_margin_m", navigator.safety_margin_m, expected)
             .map_err(|error| error.in_table("navigator"))?;
+        config.check_parking_speeds()?;
         // The sender follows a command for this time. A robot among people could not brake for them in time between two decisions:
         // it waits for them instead, for ever at 0.5 s.
         let period_s = config.local.control_period_s;
@@ -198,10 +199,28 @@ impl Config {
         ((self.navigator.scan_timeout_s.min(layer_s) - period_s) * 1e6).round() / 1e6
     }
 
+    /// A parking robot that moves has at least these speeds: faster than it can drive, it jumps back and forth over its goal.
+    fn check_parking_speeds(&self) -> Result<(), SettingError> {
+        let (navigator, limits) = (&self.navigator, &self.robot.limits);
+        let check = |name, least: f64, most: f64, expected| {
+            require(least <= most, name, least, expected)
+                .map_err(|error| error.with_bound(most).in_table("navigator"))
+        };
+        let (linear, angular) =
+            (navigator.min_approach_linear_velocity, navigator.min_rotational_vel);
+        let expected = "at most max_vel_x in [robot.limits]";
+        check("min_approach_linear_velocity", linear, limits.max_vel_x, expected)?;
+        let expected = "at most max_vel_theta in [robot.limits]";
+        check("min_rotational_vel", angular, limits.max_vel_theta, expected)
+    }
+
     /// Checks the delays against [`Self::largest_sensing_delay_s`].
     fn check_scan_age(&self) -> Result<(), SettingError> {
         let SimulationSettings { sensing_delay_s, plant_ranges, .. } = &self.simulation;
         let largest_s = self.largest_sensing_delay_s();
+        if largest_s < 0.0 {
+            return Err(self.too_short_scan_timeout(sensing_delay_s - largest_s));
+        }
         let expected = "at most scan_timeout_s in [navigator] and source_timeout in [collision_monitor], less the time \
             between two scans";
         let check = |delay_s: f64| {
@@ -215,6 +234,21 @@ impl Config {
             return Ok(());
         }
         check(latest_s).map_err(|error| error.in_table("simulation.plant_ranges"))
+    }
+
+    /// The error of the shorter timeout of scans, which no delay of the lidar meets: it lacks this time, seconds.
+    fn too_short_scan_timeout(&self, lacking_s: f64) -> SettingError {
+        let (timeout_s, layer) = (self.navigator.scan_timeout_s, &self.collision_monitor);
+        let (table, name, timeout_s) = if layer.enabled && layer.source_timeout < timeout_s {
+            ("collision_monitor", "source_timeout", layer.source_timeout)
+        } else {
+            ("navigator", "scan_timeout_s", timeout_s)
+        };
+        let expected =
+            "at least 1 / scan_rate_hz in [simulation.lidar] plus sensing_delay_s in [simulation]";
+        // Rounded for the message.
+        let least_s = ((timeout_s + lacking_s) * 1e6).round() / 1e6;
+        SettingError::new(name, timeout_s, expected).with_bound(least_s).in_table(table)
     }
 
     /// Creates the protective layer of this robot's sender, which sends a command in each period, seconds. It is not armed.

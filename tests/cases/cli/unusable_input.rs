@@ -89,6 +89,11 @@ fn start_and_goal_outside_map_or_in_obstacle_are_rejected() {
     let crowded =
         "drive --map cabin.txt --resolution 0.2 --start 1.3,1.3 --goal 1.3,1.4 --obstacles 9";
     assert!(place.refusal(crowded).contains("of 9 moving obstacles"));
+    // A start may be nearer to a wall than a path, so that the distance of paths is not the criterion.
+    place.write("hall.txt", room::rows(60, 60, &[]).join("\n"));
+    let hall = "plan --map hall.txt --resolution 0.1 --goal 4,4 --start";
+    let refusal = place.refusal(&format!("{hall} 0.25,3"));
+    assert!(refusal.contains("m from an obstacle, too near for the robot at any yaw"), "{refusal}");
     let far = "plan --map mine.yaml --start 10,5 --goal 80,40 --radius 90";
     assert!(place.refusal(far).contains("smaller radius"));
 }
@@ -273,6 +278,8 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [navigator]|passing_speed = 0.0 -> [navigator] passing_speed is 0; above zero
 [navigator]|key_node_spacing_m = 0.0 -> [navigator] key_node_spacing_m is 0; 0.01 to
 [navigator]|rotate_in_place_until = 3.0 -> [navigator] rotate_in_place_until is 3; at most rotate_in_place_from
+[navigator]|min_approach_linear_velocity = 1.5 -> [navigator] min_approach_linear_velocity is 1.5; at most max_vel_x in [robot.limits], 1
+[navigator]|min_rotational_vel = 1.5 -> [navigator] min_rotational_vel is 1.5; at most max_vel_theta in [robot.limits], 1
 [simulation.lidar]|beams = 0 -> [simulation.lidar] beams is 0; 1 to
 [simulation.dynamics]|motor_lag_s = -1.0 -> [simulation.dynamics] motor_lag_s is -1; at least zero
 [simulation.pedestrians]|min_speed = 0.9|max_speed = 0.2 -> line 3; [simulation.pedestrians] max_speed is 0.2; at least min_speed

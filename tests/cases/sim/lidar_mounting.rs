@@ -279,6 +279,17 @@ fn scan_is_fresh_until_the_next_one() {
     assert!(error.ends_with(", 0.1"), "{error}");
     config.navigator.scan_timeout_s = 0.5;
     assert!(config.validate().is_err(), "the layer's");
+    let expected = "it must be at least 1 / scan_rate_hz in [simulation.lidar] plus sensing_delay_s in [simulation], 0.35";
+    for (navigator_s, layer_s, place) in [
+        (0.1, 0.1, "[navigator] scan_timeout_s is 0.1"),
+        (0.5, 0.1, "[collision_monitor] source_timeout is 0.1"),
+    ] {
+        (config.navigator.scan_timeout_s, config.collision_monitor.source_timeout) =
+            (navigator_s, layer_s);
+        let error = config.validate().expect_err("no delay is possible").to_string();
+        assert_eq!(error, format!("{place}: {expected}"));
+    }
+    (config.navigator.scan_timeout_s, config.collision_monitor.source_timeout) = (0.5, 0.3);
     config.collision_monitor.source_timeout = 0.5;
     assert_eq!(config.validate(), Ok(()));
     config = Config::default();

@@ -44,6 +44,18 @@ fn speed_above_that_of_the_tracks_is_announced_in_every_protocol() {
     }
 }
 
+/// A base gets zeros below the deadband of its settings, 0.02 m/s.
+#[test]
+fn speed_within_the_deadband_is_announced() {
+    let base = Emulated::start("native", "");
+    for (speed, is_announced) in [("0.01", true), ("0.02", false), ("0", false)] {
+        let ended = base.host(&format!("base send --linear {speed} --for 0.3")).wait();
+        let text = "a track slower than 0.02 m/s stands (deadband in [base.tracks]): the base drives 0.00 m/s";
+        assert_eq!(ended.stderr.contains(text), is_announced, "{speed}: {ended:?}");
+    }
+    assert_eq!(number(&base.end(), "linear"), 0.0);
+}
+
 #[test]
 fn stuck_track_stops_base_with_cause() {
     for protocol in PROTOCOLS {
@@ -185,6 +197,24 @@ fn calibration_with_a_lost_line_prints_no_settings() {
     assert_eq!(object["effective_width_ratio"], Value::Null, "{object}");
     assert_eq!(object["ticks_per_m"], Value::Null, "{object}");
     assert!(object["why"].is_string(), "{object}");
+}
+
+/// The signal comes while the base turns.
+#[test]
+fn interrupted_calibration_reports_the_turn_so_far() {
+    for given in ["", "--turned 300"] {
+        let base = Emulated::start("native", "");
+        let host = base.host(&format!("base calibrate --yes --distance 0 {given}"));
+        std::thread::sleep(std::time::Duration::from_secs(6));
+        host.signal("INT");
+        let ended = host.wait();
+        assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+        let object = ended.object();
+        assert!(number(&object, "turned_rad") > 0.3, "{object}");
+        assert!(object["turned_by_gyro_rad"].is_number(), "{object}");
+        assert_eq!(object["effective_width_ratio"], Value::Null, "{object}");
+        base.end();
+    }
 }
 
 /// Its firmware measures the distance, so that no setting of the host corrects it.

@@ -30,7 +30,7 @@ fn drive_with(protocol: &'static str, fault: &str, time_s: f64) -> (Value, Value
 #[test]
 fn each_fault_stops_the_base_with_its_cause_in_time() {
     let cases = [
-        ("native", "ignored-commands", 1.0, "the left track runs at"),
+        ("native", "ignored-commands", 1.0, "it ignores its commands"),
         ("native", "bumper", 0.1, "the left bumper is pressed"),
         ("native", "cliff", 0.1, "a cliff sensor sees no ground"),
         ("wheeltec", "tilt", 1.0, "the base is tilted"),

@@ -89,8 +89,8 @@ fn check_signal(signal: &str, command: &str, (note, after): (&str, Duration)) {
 /// Signals of a terminal, of timers and limits, and the stop signal.
 #[test]
 fn every_signal_stops_base_with_zeros() {
-    const SIGNALS: [&str; 10] =
-        ["QUIT", "TSTP", "USR1", "USR2", "ALRM", "VTALRM", "PROF", "XCPU", "XFSZ", "ABRT"];
+    const SIGNALS: [&str; 9] =
+        ["QUIT", "TSTP", "USR1", "USR2", "ALRM", "VTALRM", "PROF", "XCPU", "ABRT"];
     for signals in SIGNALS.chunks(4) {
         thread::scope(|scope| {
             for signal in signals {
@@ -106,7 +106,8 @@ fn every_signal_stops_base_with_zeros() {
     check_signal("USR1", calibrate, ("has no watchdog", 6 * START_TIME));
 }
 
-/// Reading from the terminal and writing to it in the background, and a terminal that is closed under `nohup`.
+/// Reading from the terminal and writing to it in the background, a file at its largest size, and a terminal that is closed under
+/// `nohup`.
 #[test]
 fn ignored_signals_neither_suspend_nor_end_the_program() {
     let base = Emulated::start("wheeltec", "");
@@ -116,7 +117,7 @@ fn ignored_signals_neither_suspend_nor_end_the_program() {
     let mut host = Process::of(command);
     host.await_note("the base answers");
     thread::sleep(START_TIME);
-    for signal in ["TTIN", "TTOU", "HUP"] {
+    for signal in ["TTIN", "TTOU", "XFSZ", "HUP"] {
         host.signal(signal);
     }
     thread::sleep(2 * START_TIME);
@@ -125,7 +126,21 @@ fn ignored_signals_neither_suspend_nor_end_the_program() {
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     let object = ended.object();
     assert!(object["time_s"].as_f64().is_some_and(|time_s| time_s > 2.5), "{object}");
-    assert_stopped_by_zeros(base, "TTIN, TTOU, HUP");
+    assert_stopped_by_zeros(base, "TTIN, TTOU, XFSZ, HUP");
+}
+
+/// A monitor without `--for` ends by a signal only.
+#[test]
+fn signal_is_the_normal_end_of_a_monitor() {
+    for signal in ["INT", "TERM", "TSTP"] {
+        let base = Emulated::start("native", "");
+        let mut host = base.host("base monitor");
+        host.line();
+        host.signal(signal);
+        let ended = host.wait();
+        assert_eq!(ended.status.code(), Some(0), "{signal}: {ended:?}");
+        base.end();
+    }
 }
 
 #[test]

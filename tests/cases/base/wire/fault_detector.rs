@@ -146,8 +146,100 @@ fn base_that_ignores_commands_is_found_within_a_second() {
     let drives_on =
         |measured: &mut PerTrack<f64>, _: &mut Feedback| *measured = PerTrack::both(0.8);
     let (after_s, cause) = drive.drive_for(Twist::STOP, 3.0, drives_on).unwrap();
-    assert!(matches!(cause, StopCause::Runaway { .. }), "{cause}");
+    assert!(matches!(cause, StopCause::IgnoresCommands { .. }), "{cause}");
     assert!(after_s <= 1.0, "{after_s}");
+}
+
+/// The base was as fast as 0.8 m/s, so that no limit of its motors explains 0.3 m/s.
+#[test]
+fn base_that_keeps_its_speed_is_found_within_a_second_of_another_command() {
+    let keeps = |measured: &mut PerTrack<f64>, _: &mut Feedback| *measured = PerTrack::both(0.3);
+    let commands = [
+        Twist::new(0.6, 0.0),
+        Twist::new(0.45, -0.1),
+        Twist::new(0.15, 0.0),
+        Twist::new(0.0, 1.0),
+        Twist::new(-0.3, 0.0),
+    ];
+    for command in commands {
+        let mut drive = Drive::new();
+        assert_eq!(drive.drive_for(Twist::new(0.8, 0.0), 2.0, healthy), None);
+        assert_eq!(drive.drive_for(Twist::new(0.3, 0.0), 2.0, healthy), None);
+        let (after_s, cause) = drive.drive_for(command, 5.0, keeps).expect("a fault");
+        assert!(matches!(cause, StopCause::IgnoresCommands { .. }), "{command:?}: {cause}");
+        assert!(after_s <= 1.0, "{command:?}: {after_s}");
+        let text = cause.to_string();
+        assert!(text.starts_with("the base keeps 0.30 m/s and 0.00 rad/s while"), "{text}");
+    }
+}
+
+/// Without an earlier faster motion, 0.3 m/s may be all that the motors can do.
+#[test]
+fn motors_at_their_limit_do_not_ignore_commands() {
+    // The limit of the tracks after each command, m/s: of the motors, and then of a slope, also one that begins on the ramp.
+    for (limit, uphill) in [(0.31, 0.31), (0.5, 0.5), (1.0, 0.33), (1.0, 0.45), (1.0, 0.6)] {
+        for accelerating in [0.2, 0.5, 1.0] {
+            let mut drive = Drive::new();
+            drive.lag_s = 0.15;
+            let tracks = drive.settings.tracks.acc_lim_track(accelerating);
+            drive.mixer = Mixer::new(drive.settings.drive(), tracks);
+            for (speed, limit) in [
+                (0.8, limit),
+                (0.3, limit),
+                (0.8, uphill),
+                (0.7, uphill),
+                (0.9, uphill),
+                (0.3, uphill),
+                (0.0, uphill),
+                (0.8, uphill),
+                (0.3, limit),
+            ] {
+                let limited = |measured: &mut PerTrack<f64>, _: &mut Feedback| {
+                    *measured = measured.map(|speed| speed.clamp(-limit, limit));
+                };
+                let cause = drive.drive_for(Twist::new(speed, 0.0), 3.0, limited);
+                assert_eq!(cause, None, "{accelerating} m/s^2: {speed} of {limit} m/s");
+            }
+        }
+    }
+}
+
+/// A first-order lag of 0.4 s, or commands that arrive 0.4 s late, with weak motors, a deadband and a coasting base.
+#[test]
+fn sound_base_that_follows_late_or_weakly_does_not_ignore_commands() {
+    for (lag_s, delay_s, share, deadband, coasting) in [
+        (0.4, 0.0, 1.0, 0.0, 1.0),
+        (0.1, 0.4, 1.0, 0.0, 1.0),
+        (0.1, 0.0, 0.5, 0.0, 1.0),
+        (0.4, 0.0, 0.85, 0.05, 1.0),
+        (0.1, 0.1, 1.0, 0.08, 1.0),
+        (0.15, 0.1, 1.0, 0.0, 0.5),
+    ] {
+        let mut drive = Drive::new();
+        drive.lag_s = lag_s;
+        let late = (delay_s / PERIOD_S).round() as usize;
+        let queue = std::cell::RefCell::new(vec![PerTrack::both(0.0); late]);
+        let last = std::cell::Cell::new(PerTrack::both(0.0));
+        let changed = |measured: &mut PerTrack<f64>, _: &mut Feedback| {
+            queue.borrow_mut().push(*measured);
+            let arrived = queue.borrow_mut().remove(0);
+            let moves = |speed: f64| if speed.abs() < deadband { 0.0 } else { share * speed };
+            // A coasting base slows down by this, m/s^2, at most.
+            let fastest_s = |speed: f64, before: f64| {
+                let least = before.abs() - coasting * PERIOD_S;
+                if speed.abs() < least { least * before.signum() } else { speed }
+            };
+            *measured = arrived.map(moves).zip(last.get(), fastest_s);
+            last.set(*measured);
+        };
+        for leg in 0..400_u32 {
+            let draw = |step: u32| f64::from((leg * 7919 + step * 31) % 101) / 100.0;
+            // Few and slow turns: with such a lag, a turn that reverses is a fault.
+            let target = Twist::new(0.2 + 0.7 * draw(1), 0.2 * draw(2) - 0.1);
+            let cause = drive.drive_for(target, 0.1 + 2.9 * draw(3), changed);
+            assert_eq!(cause, None, "{lag_s} {delay_s} {share} {coasting}, leg {leg}: {target:?}");
+        }
+    }
 }
 
 /// A lag of 0.15 s, 20 % less on a slope, encoders with 10 mm per tick, and a wrong sample each second.
