@@ -228,6 +228,22 @@ def test_planner_arena_and_ranking_name_planners_alike(tmp_path: Path) -> None:
     assert stored == names
 
 
+def test_each_name_of_equal_settings_has_its_rows() -> None:
+    worlds = [{"kind": "scenes", "time_limit_s": 5.0}]
+    configs = {"a": {}, "b": {}, "c": {"local": {"vx_samples": 32}}}
+    comparison = inbye.bench.compare({"worlds": worlds, "configs": configs}, {"mine": Pursuit})
+    assert {row["planner"] for row in comparison.ranked} == {"a", "b", "c", "mine"}
+    # Equal settings are driven once.
+
+    def results_of(name: str) -> list[tuple[str, str]]:
+        rows = [row for row in comparison.rows if row["config"] == name]
+        return [(row["key"], row["trace_digest"]) for row in rows]
+
+    results = {name: results_of(name) for name in ("a", "b", "c", "mine")}
+    assert [len(result) for result in results.values()] == [3, 3, 3, 3]
+    assert results["a"] == results["b"] != results["c"]
+
+
 def test_package_has_planner_arena() -> None:
     program = "import inbye; inbye.planner_arena.write"
     subprocess.run([sys.executable, "-c", program], check=True)
