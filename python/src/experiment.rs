@@ -96,10 +96,9 @@ impl<'py> OwnController<'py> {
         clock: &(impl Fn() -> f64 + Sync),
         rows: &mut Vec<RunRow>,
     ) -> PyResult<()> {
-        let mut done = Vec::new();
+        let (tasks, mut done) = (tasks.with_controller(&self.name), Vec::new());
         let outcome = self.run_each(&tasks.distinct(), clock, &mut done);
-        let own = |row| RunRow { config: Some(self.name.clone()), ..row };
-        rows.extend(rows_of(tasks, &done).into_iter().map(own));
+        rows.extend(rows_of(&tasks, &done));
         outcome
     }
 

@@ -242,6 +242,12 @@ def test_each_name_of_equal_settings_has_its_rows() -> None:
     results = {name: results_of(name) for name in ("a", "b", "c", "mine")}
     assert [len(result) for result in results.values()] == [3, 3, 3, 3]
     assert results["a"] == results["b"] != results["c"]
+    # A key names one result: those of a controller are not those of inbye or of another controller.
+    others = inbye.bench.run({"worlds": worlds}, {"other": Pursuit, "mine": Pursuit})
+    keys = {name: [key for key, _ in result] for name, result in results.items()}
+    assert [row["key"] for row in others[:3]] == keys["a"]
+    assert [row["key"] for row in others[6:]] == keys["mine"]
+    assert len({row["key"] for row in others}) == 9
 
 
 def test_package_has_planner_arena() -> None:

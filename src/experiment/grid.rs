@@ -3,6 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use serde_json::json;
+
+use super::cell::key;
 use super::{Cell, ExperimentError, Plan, RunRow, World};
 use crate::local::Sampler;
 use crate::runtime::{Config, TomlError};
@@ -160,6 +163,19 @@ impl Grid {
             Cell { timed, ..cell }
         };
         Self { title: self.title.clone(), cells: self.cells.iter().map(moved).collect() }
+    }
+
+    /// The same cells for an object of the caller that decides, such as a controller in Python, under its name. Their keys depend on
+    /// that name too: those of the cells are of the runs in which inbye decides. The code of the object is not part of them, so
+    /// equal keys do not mean equal results.
+    #[must_use]
+    pub fn with_controller(&self, name: &str) -> Self {
+        let with = |cell: &Cell| {
+            let key = key(&json!({ "cell": cell.row.key, "controller": name }));
+            let row = RunRow { config: Some(name.to_owned()), key, ..cell.row.clone() };
+            Cell { row, ..cell.clone() }
+        };
+        Self { title: self.title.clone(), cells: self.cells.iter().map(with).collect() }
     }
 
     /// The first cell of each key.
