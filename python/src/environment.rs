@@ -243,12 +243,8 @@ impl Environments {
             check_programs(&config, navigator)?;
             prepared.push((world.clone(), Arc::new(config)));
         }
+        check_shared_settings(&prepared)?;
         let lidar = prepared[0].1.simulation.lidar;
-        if prepared.iter().any(|(_, config)| config.simulation.lidar.beams != lidar.beams) {
-            return Err(raise(
-                "all worlds must have the same number of beams: set simulation.lidar.beams",
-            ));
-        }
         let jobs = seeds.iter().flat_map(|&seed| (0..prepared.len()).map(move |it| (it, seed)));
         let engine: EngineChoice = engine.parse().map_err(raise)?;
         // A robot waits in its thread for the answer of the GPU, which evaluates what all threads ask at that time.
@@ -291,7 +287,7 @@ impl Environments {
         self.setup.farthest_m
     }
 
-    /// Least and largest speed, and largest turn rate, of the robot of the first world.
+    /// Least and largest speed, and largest turn rate, of the robot.
     #[getter]
     fn speed_limits(&self) -> (f64, f64, f64) {
         let limits = &self.setup.worlds[0].1.robot.limits;
@@ -349,6 +345,41 @@ fn check_programs(config: &Config, is_navigator: bool) -> PyResult<()> {
         return Err(raise(
             "global_planner.command: without the navigator no program plans paths: leave it out, or set navigator=True",
         ));
+    }
+    Ok(())
+}
+
+/// The settings that define what an agent sees and what its actions do, with their keys.
+fn shared_settings(config: &Config) -> [(&'static str, f64); 10] {
+    let (lidar, limits) = (&config.simulation.lidar, &config.robot.limits);
+    [
+        ("simulation.lidar.beams", lidar.beams as f64),
+        ("simulation.lidar.field_of_view_rad", lidar.field_of_view_rad),
+        ("simulation.lidar.range_max_m", lidar.range_max_m),
+        ("simulation.lidar.mount_x_m", lidar.mount_x_m),
+        ("simulation.lidar.mount_y_m", lidar.mount_y_m),
+        ("simulation.lidar.mount_yaw_rad", lidar.mount_yaw_rad),
+        ("local.control_period_s", config.local.control_period_s),
+        ("robot.limits.min_vel_x", limits.min_vel_x),
+        ("robot.limits.max_vel_x", limits.max_vel_x),
+        ("robot.limits.max_vel_theta", limits.max_vel_theta),
+    ]
+}
+
+/// Rejects worlds of different robots: all missions share one space of observations and one of actions.
+fn check_shared_settings(worlds: &[(ExperimentWorld, Arc<Config>)]) -> PyResult<()> {
+    let [(first, config), others @ ..] = worlds else { return Ok(()) };
+    let expected = shared_settings(config);
+    let name = |world: &ExperimentWorld| format!("{} {}", world.kind.name(), world.name);
+    for (world, config) in others {
+        let pairs = expected.iter().zip(shared_settings(config));
+        if let Some((&(key, one), (_, other))) = pairs.into_iter().find(|(one, it)| **one != *it) {
+            return Err(raise(format!(
+                "worlds: {key} is {one} in {} and {other} in {}, and all worlds of an environment must have the same: set it in config",
+                name(first),
+                name(world)
+            )));
+        }
     }
     Ok(())
 }
