@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::process;
 use std::sync::Arc;
 
-use inbye::experiment::{RunOutcome, World as ExperimentWorld, run_in_order_checked};
+use inbye::experiment::{
+    RunOutcome, World as ExperimentWorld, run_in_order_checked, wall_clock_setting,
+};
 use inbye::geometry::Twist;
 use inbye::local::{CpuEngine, EngineChoice, SharedEngines};
 use inbye::runtime::Config;
@@ -240,7 +242,7 @@ impl Environments {
         for world in &worlds {
             let world = &world.get().inner;
             let config = changed(&world.settings, config)?;
-            check_programs(&config, navigator)?;
+            check_settings(&config, navigator)?;
             prepared.push((world.clone(), Arc::new(config)));
         }
         check_shared_settings(&prepared)?;
@@ -334,8 +336,8 @@ impl Environments {
     }
 }
 
-/// Rejects programs of the settings that the environments would not use.
-fn check_programs(config: &Config, is_navigator: bool) -> PyResult<()> {
+/// Rejects programs of the settings that the environments would not use, and settings that make a step depend on the wall clock.
+fn check_settings(config: &Config, is_navigator: bool) -> PyResult<()> {
     if config.simulator.is_set() {
         return Err(raise(
             "simulator.command: environments use inbye's own simulator: leave it out, or use World.drive",
@@ -345,6 +347,16 @@ fn check_programs(config: &Config, is_navigator: bool) -> PyResult<()> {
         return Err(raise(
             "global_planner.command: without the navigator no program plans paths: leave it out, or set navigator=True",
         ));
+    }
+    if config.controller.is_set() && !is_navigator {
+        return Err(raise(
+            "controller.command: without the navigator the caller decides: leave it out, or set navigator=True",
+        ));
+    }
+    if let Some(key) = wall_clock_setting(config).filter(|_| is_navigator) {
+        return Err(raise(format!(
+            "{key} makes a mission depend on the wall clock, and steps of an environment must not: leave it out"
+        )));
     }
     Ok(())
 }

@@ -22,6 +22,9 @@ use super::drive::World;
 use super::interrupt::Interrupt;
 use super::settings::toml_text;
 
+/// Most runs at a time, as for `--jobs`.
+const MOST_JOBS: usize = 1024;
+
 /// A plan from its file, a dictionary or a TOML text, and the folder that its paths are relative to.
 fn read(plan: &Bound<'_, PyAny>) -> PyResult<(Plan, PathBuf)> {
     let parse = |text: &str| parse_toml(text, &Plan::default(), Plan::check);
@@ -171,6 +174,9 @@ fn run_plan(
     jobs: usize,
     rows: &mut Vec<RunRow>,
 ) -> PyResult<String> {
+    if !(1..=MOST_JOBS).contains(&jobs) {
+        return Err(raise(format!("jobs is {jobs}: it must be 1 to {MOST_JOBS}")));
+    }
     let (plan, folder) = read(plan)?;
     let mut grid = py.detach(|| Grid::new(&plan, &folder)).map_err(raise)?;
     let controllers = named_controllers(controllers, &grid.cells)?;
@@ -196,8 +202,7 @@ fn run_plan(
         Ok(interrupt.watch(&Raised::default(), run))
     };
     let check = || interrupt.check();
-    let (done, outcome) =
-        py.detach(|| run_in_order_checked(&cells, jobs.max(1), own, || {}, check));
+    let (done, outcome) = py.detach(|| run_in_order_checked(&cells, jobs, own, || {}, check));
     rows.extend(rows_of(&grid, &done));
     outcome?;
     for controller in controllers {

@@ -250,6 +250,13 @@ def test_each_name_of_equal_settings_has_its_rows() -> None:
     assert len({row["key"] for row in others}) == 9
 
 
+@pytest.mark.parametrize("jobs", [0, 1025])
+def test_number_of_jobs_has_limits(jobs: int) -> None:
+    for function in (inbye.bench.run, inbye.bench.compare):
+        with pytest.raises(inbye.InbyeError, match=rf"^jobs is {jobs}: it must be 1 to 1024"):
+            function(PLAN, jobs=jobs)
+
+
 def test_package_has_planner_arena() -> None:
     program = "import inbye; inbye.planner_arena.write"
     subprocess.run([sys.executable, "-c", program], check=True)

@@ -274,7 +274,19 @@ def test_worlds_of_an_environment_have_one_robot(tmp_path: Path) -> None:
     inbye.gym.VectorEnv(worlds, 2, config=config).reset()
 
 
-@pytest.mark.parametrize("key", ["simulator", "global_planner"])
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"deadline_s": 0.05}, r"navigator\.deadline_s"),
+        ({"wait_for_plans": False}, r"navigator\.wait_for_plans = false"),
+    ],
+)
+def test_steps_do_not_depend_on_the_wall_clock(changes: dict[str, object], key: str) -> None:
+    with pytest.raises(inbye.InbyeError, match=rf"^{key} makes a mission depend on the wall clock"):
+        inbye.gym.VectorEnv(WORLDS, 2, config={"navigator": changes}, navigator=True)
+
+
+@pytest.mark.parametrize("key", ["simulator", "global_planner", "controller"])
 def test_programs_that_environments_do_not_use_are_errors(key: str) -> None:
     config = {key: {"command": ["program"]}}
     with pytest.raises(inbye.InbyeError, match=rf"^{key}\.command: .*leave it out, or"):

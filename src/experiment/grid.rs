@@ -54,21 +54,26 @@ impl Setup {
 
     /// Checks that runs do not depend on the wall clock.
     fn check_pure(&self) -> Result<(), ExperimentError> {
-        let navigator = &self.config.navigator;
-        let key = if navigator.deadline_s.is_some() {
-            "deadline_s"
-        } else if !navigator.wait_for_plans {
-            "wait_for_plans = false"
-        } else {
-            return Ok(());
-        };
+        let Some(key) = wall_clock_setting(&self.config) else { return Ok(()) };
         let name = self.name.as_deref();
         Err(ExperimentError::Unusable {
             place: name.map_or("settings".to_owned(), |name| format!("configs.{name}")),
             reason: format!(
-                "navigator.{key} makes a run depend on the wall clock, and a cell must not: leave it out"
+                "{key} makes a run depend on the wall clock, and a cell must not: leave it out"
             ),
         })
+    }
+}
+
+/// The setting by which a simulated run depends on the wall clock; none if no setting does.
+#[must_use]
+pub const fn wall_clock_setting(config: &Config) -> Option<&'static str> {
+    if config.navigator.deadline_s.is_some() {
+        Some("navigator.deadline_s")
+    } else if !config.navigator.wait_for_plans {
+        Some("navigator.wait_for_plans = false")
+    } else {
+        None
     }
 }
 
