@@ -33,6 +33,8 @@ mod cases {
         mod ros_logs;
         mod shells;
         mod soak;
+        #[cfg(unix)]
+        mod surplus_lines;
         mod tools;
         mod tune;
         mod unusable_input;

@@ -22,10 +22,11 @@ def serve(name, make, wants=()):
         else:
             path = np.array(message["path"]) if "path" in message else path
             velocity = decide({**message, "path": path})
+            answer = {"tick": message["tick"]}  # inbye checks that the answer is for this tick
             if velocity is None:
-                answer = {"error": "no valid velocity"}
+                answer["error"] = "no valid velocity"
             else:
-                answer = {"linear": float(velocity[0]), "angular": float(velocity[1])}
+                answer.update(linear=float(velocity[0]), angular=float(velocity[1]))
         print(json.dumps(answer), flush=True)
 
 

@@ -26,4 +26,8 @@ def plan(message):
 
 for line in sys.stdin:
     message = json.loads(line)
-    print(json.dumps({"protocol": 1, "name": "Theta*"} if message["type"] == "start" else plan(message)), flush=True)
+    if message["type"] == "start":
+        answer = {"protocol": 1, "name": "Theta*"}
+    else:
+        answer = {"request": message["request"], **plan(message)}
+    print(json.dumps(answer), flush=True)

@@ -18,7 +18,8 @@ def serve(name, make):
             step = make(message)
             answer = {"protocol": 1, "name": name}
         else:
-            answer = step(message["period_s"], message["linear"], message["angular"])
+            state = step(message["period_s"], message["linear"], message["angular"])
+            answer = {"step": message["step"], **state}  # inbye checks that the answer is for this step
         print(json.dumps(answer), flush=True)
 
 

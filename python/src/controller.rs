@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use inbye::geometry::Twist;
 use inbye::global::Path;
 use inbye::navigator::{self, Controller, ControllerError, ControllerReply};
+use inbye::runtime::Config;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
@@ -115,6 +116,16 @@ pub struct PythonController {
 }
 
 impl PythonController {
+    /// Rejects a program of the settings where an object decides: it would not run.
+    pub fn check_settings(config: &Config) -> PyResult<()> {
+        if config.controller.is_set() {
+            return Err(raise(
+                "controller.command: controller= decides, and the program would not run: leave one of them out",
+            ));
+        }
+        Ok(())
+    }
+
     /// The callable that computes the velocities of a controller.
     pub fn compute_method<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         match object.getattr_opt("compute_velocity")? {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use inbye::bench::EngineRequest;
 use inbye::experiment::{self, PlanWorlds, RunRow};
 use inbye::recording::Reader;
-use inbye::runtime::{Decider, MissionResult, Observer, TickEvent};
+use inbye::runtime::{Config, Decider, MissionResult, Observer, TickEvent};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -75,7 +75,7 @@ impl World {
         engine: &str,
     ) -> PyResult<Drive> {
         let config = changed(&self.inner.settings, config)?;
-        let (decider, raised) = decider(controller, engine)?;
+        let (decider, raised) = decider(controller, &config, engine)?;
         let (mut world, mut interrupt) = (self.inner.clone(), Interrupt::new());
         interrupt.set_in(&mut world);
         let run = py.detach(|| {
@@ -106,9 +106,14 @@ impl World {
 }
 
 /// What decides: a controller in Python, or inbye's behaviours.
-fn decider(controller: Option<&Bound<'_, PyAny>>, engine: &str) -> PyResult<(Decider, Raised)> {
+fn decider(
+    controller: Option<&Bound<'_, PyAny>>,
+    config: &Config,
+    engine: &str,
+) -> PyResult<(Decider, Raised)> {
     match controller {
         Some(controller) => {
+            PythonController::check_settings(config)?;
             // It uses no engine.
             let _: EngineRequest = engine.parse().map_err(raise)?;
             let controller = PythonController::of(controller)?;

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::process;
 use std::sync::Arc;
 
-use inbye::experiment::{RunOutcome, World as ExperimentWorld, run_in_order_checked};
+use inbye::experiment::{
+    RunOutcome, World as ExperimentWorld, run_in_order_checked, wall_clock_setting,
+};
 use inbye::geometry::Twist;
 use inbye::local::{CpuEngine, EngineChoice, SharedEngines};
 use inbye::runtime::Config;
@@ -240,15 +242,11 @@ impl Environments {
         for world in &worlds {
             let world = &world.get().inner;
             let config = changed(&world.settings, config)?;
-            check_programs(&config, navigator)?;
+            check_settings(&config, navigator)?;
             prepared.push((world.clone(), Arc::new(config)));
         }
+        check_shared_settings(&prepared)?;
         let lidar = prepared[0].1.simulation.lidar;
-        if prepared.iter().any(|(_, config)| config.simulation.lidar.beams != lidar.beams) {
-            return Err(raise(
-                "all worlds must have the same number of beams: set simulation.lidar.beams",
-            ));
-        }
         let jobs = seeds.iter().flat_map(|&seed| (0..prepared.len()).map(move |it| (it, seed)));
         let engine: EngineChoice = engine.parse().map_err(raise)?;
         // A robot waits in its thread for the answer of the GPU, which evaluates what all threads ask at that time.
@@ -291,7 +289,7 @@ impl Environments {
         self.setup.farthest_m
     }
 
-    /// Least and largest speed, and largest turn rate, of the robot of the first world.
+    /// Least and largest speed, and largest turn rate, of the robot.
     #[getter]
     fn speed_limits(&self) -> (f64, f64, f64) {
         let limits = &self.setup.worlds[0].1.robot.limits;
@@ -338,8 +336,8 @@ impl Environments {
     }
 }
 
-/// Rejects programs of the settings that the environments would not use.
-fn check_programs(config: &Config, is_navigator: bool) -> PyResult<()> {
+/// Rejects programs of the settings that the environments would not use, and settings that make a step depend on the wall clock.
+fn check_settings(config: &Config, is_navigator: bool) -> PyResult<()> {
     if config.simulator.is_set() {
         return Err(raise(
             "simulator.command: environments use inbye's own simulator: leave it out, or use World.drive",
@@ -349,6 +347,51 @@ fn check_programs(config: &Config, is_navigator: bool) -> PyResult<()> {
         return Err(raise(
             "global_planner.command: without the navigator no program plans paths: leave it out, or set navigator=True",
         ));
+    }
+    if config.controller.is_set() && !is_navigator {
+        return Err(raise(
+            "controller.command: without the navigator the caller decides: leave it out, or set navigator=True",
+        ));
+    }
+    if let Some(key) = wall_clock_setting(config).filter(|_| is_navigator) {
+        return Err(raise(format!(
+            "{key} makes a mission depend on the wall clock, and steps of an environment must not: leave it out"
+        )));
+    }
+    Ok(())
+}
+
+/// The settings that define what an agent sees and what its actions do, with their keys.
+fn shared_settings(config: &Config) -> [(&'static str, f64); 10] {
+    let (lidar, limits) = (&config.simulation.lidar, &config.robot.limits);
+    [
+        ("simulation.lidar.beams", lidar.beams as f64),
+        ("simulation.lidar.field_of_view_rad", lidar.field_of_view_rad),
+        ("simulation.lidar.range_max_m", lidar.range_max_m),
+        ("simulation.lidar.mount_x_m", lidar.mount_x_m),
+        ("simulation.lidar.mount_y_m", lidar.mount_y_m),
+        ("simulation.lidar.mount_yaw_rad", lidar.mount_yaw_rad),
+        ("local.control_period_s", config.local.control_period_s),
+        ("robot.limits.min_vel_x", limits.min_vel_x),
+        ("robot.limits.max_vel_x", limits.max_vel_x),
+        ("robot.limits.max_vel_theta", limits.max_vel_theta),
+    ]
+}
+
+/// Rejects worlds of different robots: all missions share one space of observations and one of actions.
+fn check_shared_settings(worlds: &[(ExperimentWorld, Arc<Config>)]) -> PyResult<()> {
+    let [(first, config), others @ ..] = worlds else { return Ok(()) };
+    let expected = shared_settings(config);
+    let name = |world: &ExperimentWorld| format!("{} {}", world.kind.name(), world.name);
+    for (world, config) in others {
+        let pairs = expected.iter().zip(shared_settings(config));
+        if let Some((&(key, one), (_, other))) = pairs.into_iter().find(|(one, it)| **one != *it) {
+            return Err(raise(format!(
+                "worlds: {key} is {one} in {} and {other} in {}, and all worlds of an environment must have the same: set it in config",
+                name(first),
+                name(world)
+            )));
+        }
     }
     Ok(())
 }

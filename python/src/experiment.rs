@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use inbye::ReportFolder;
 use inbye::experiment::{
-    Cell, ExperimentError, Grid, Plan, RunRow, check_programs, open_engine,
+    Cell, ExperimentError, Grid, Manifest, Plan, RunRow, check_programs, open_engine,
     planner_names as names_of, rankings, run_cell, run_in_order_checked,
 };
 use inbye::input_file::read_text;
@@ -21,6 +21,9 @@ use super::conversion::{from_json, raise};
 use super::drive::World;
 use super::interrupt::Interrupt;
 use super::settings::toml_text;
+
+/// Most runs at a time, as for `--jobs`.
+const MOST_JOBS: usize = 1024;
 
 /// A plan from its file, a dictionary or a TOML text, and the folder that its paths are relative to.
 fn read(plan: &Bound<'_, PyAny>) -> PyResult<(Plan, PathBuf)> {
@@ -74,14 +77,14 @@ struct OwnController<'py> {
     /// The object for all runs, or the class of which each run has one.
     given: Bound<'py, PyAny>,
     /// The object of the first run: it shows before all runs whether there is a controller.
-    first: Bound<'py, PyAny>,
+    first: Option<Bound<'py, PyAny>>,
 }
 
 impl<'py> OwnController<'py> {
     fn new((name, given): (String, Bound<'py, PyAny>)) -> PyResult<Self> {
         let first = Self::object(&given)?;
         PythonController::compute_method(&first)?;
-        Ok(Self { name, given, first })
+        Ok(Self { name, given, first: Some(first) })
     }
 
     /// The object of a run.
@@ -89,22 +92,33 @@ impl<'py> OwnController<'py> {
         given.cast::<PyType>().map_or_else(|_| Ok(given.clone()), |class| class.call0())
     }
 
-    /// Appends the rows of its runs.
+    /// Appends the rows of its runs; with an exception, those of the runs before it.
     fn run(
-        self,
-        tasks: &[&Cell],
+        mut self,
+        tasks: &Grid,
         clock: &(impl Fn() -> f64 + Sync),
         rows: &mut Vec<RunRow>,
     ) -> PyResult<()> {
-        let mut first = Some(self.first);
+        let (tasks, mut done) = (tasks.with_controller(&self.name), Vec::new());
+        let outcome = self.run_each(&tasks.distinct(), clock, &mut done);
+        rows.extend(rows_of(&tasks, &done));
+        outcome
+    }
+
+    fn run_each(
+        &mut self,
+        tasks: &[&Cell],
+        clock: &(impl Fn() -> f64 + Sync),
+        done: &mut Vec<RunRow>,
+    ) -> PyResult<()> {
         for cell in tasks {
-            let object = first.take().map_or_else(|| Self::object(&self.given), Ok)?;
+            let object = self.first.take().map_or_else(|| Self::object(&self.given), Ok)?;
             let controller = PythonController::of(&object)?;
             let raised = controller.raised();
             let controller = Decider::Controller(Box::new(controller));
             let row = object.py().detach(|| run_cell(cell, controller, &mut { clock }, "").row);
             raised.check()?;
-            rows.push(RunRow { config: Some(self.name.clone()), ..row });
+            done.push(row);
         }
         Ok(())
     }
@@ -119,6 +133,13 @@ fn tasks(plan: &Plan, folder: &Path) -> Result<Grid, ExperimentError> {
     plan.sampling.clear();
     plan.engines.truncate(1);
     Grid::new(&plan, folder)
+}
+
+/// The rows of a grid's cells, from those of its distinct cells.
+fn rows_of(grid: &Grid, distinct: &[RunRow]) -> Vec<RunRow> {
+    let by_key: BTreeMap<&str, &RunRow> =
+        distinct.iter().map(|row| (row.key.as_str(), row)).collect();
+    Manifest::of(grid).rows(|key| by_key.get(key).copied())
 }
 
 /// The attribute of an exception with the rows of the runs before it.
@@ -153,6 +174,9 @@ fn run_plan(
     jobs: usize,
     rows: &mut Vec<RunRow>,
 ) -> PyResult<String> {
+    if !(1..=MOST_JOBS).contains(&jobs) {
+        return Err(raise(format!("jobs is {jobs}: it must be 1 to {MOST_JOBS}")));
+    }
     let (plan, folder) = read(plan)?;
     let mut grid = py.detach(|| Grid::new(&plan, &folder)).map_err(raise)?;
     let controllers = named_controllers(controllers, &grid.cells)?;
@@ -178,12 +202,11 @@ fn run_plan(
         Ok(interrupt.watch(&Raised::default(), run))
     };
     let check = || interrupt.check();
-    let (done, outcome) =
-        py.detach(|| run_in_order_checked(&cells, jobs.max(1), own, || {}, check));
-    rows.extend(done);
+    let (done, outcome) = py.detach(|| run_in_order_checked(&cells, jobs, own, || {}, check));
+    rows.extend(rows_of(&grid, &done));
     outcome?;
     for controller in controllers {
-        controller.run(&tasks.distinct(), &clock, rows)?;
+        controller.run(&tasks, &clock, rows)?;
     }
     Ok(grid.title)
 }

@@ -55,6 +55,9 @@ impl Navigator {
         engine: &str,
     ) -> PyResult<Self> {
         let config = settings(config)?;
+        if controller.is_some() {
+            PythonController::check_settings(&config)?;
+        }
         let goals = goals.iter().map(|values| goal(values)).collect::<PyResult<Vec<_>>>()?;
         if goals.is_empty() {
             return Err(raise("goals must have at least one"));

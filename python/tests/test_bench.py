@@ -228,6 +228,35 @@ def test_planner_arena_and_ranking_name_planners_alike(tmp_path: Path) -> None:
     assert stored == names
 
 
+def test_each_name_of_equal_settings_has_its_rows() -> None:
+    worlds = [{"kind": "scenes", "time_limit_s": 5.0}]
+    configs = {"a": {}, "b": {}, "c": {"local": {"vx_samples": 32}}}
+    comparison = inbye.bench.compare({"worlds": worlds, "configs": configs}, {"mine": Pursuit})
+    assert {row["planner"] for row in comparison.ranked} == {"a", "b", "c", "mine"}
+    # Equal settings are driven once.
+
+    def results_of(name: str) -> list[tuple[str, str]]:
+        rows = [row for row in comparison.rows if row["config"] == name]
+        return [(row["key"], row["trace_digest"]) for row in rows]
+
+    results = {name: results_of(name) for name in ("a", "b", "c", "mine")}
+    assert [len(result) for result in results.values()] == [3, 3, 3, 3]
+    assert results["a"] == results["b"] != results["c"]
+    # A key names one result: those of a controller are not those of inbye or of another controller.
+    others = inbye.bench.run({"worlds": worlds}, {"other": Pursuit, "mine": Pursuit})
+    keys = {name: [key for key, _ in result] for name, result in results.items()}
+    assert [row["key"] for row in others[:3]] == keys["a"]
+    assert [row["key"] for row in others[6:]] == keys["mine"]
+    assert len({row["key"] for row in others}) == 9
+
+
+@pytest.mark.parametrize("jobs", [0, 1025])
+def test_number_of_jobs_has_limits(jobs: int) -> None:
+    for function in (inbye.bench.run, inbye.bench.compare):
+        with pytest.raises(inbye.InbyeError, match=rf"^jobs is {jobs}: it must be 1 to 1024"):
+            function(PLAN, jobs=jobs)
+
+
 def test_package_has_planner_arena() -> None:
     program = "import inbye; inbye.planner_arena.write"
     subprocess.run([sys.executable, "-c", program], check=True)

@@ -161,6 +161,15 @@ def test_exception_of_a_controller_is_raised(
         room().drive(controller=controller)
 
 
+def test_controller_and_a_program_that_decides_are_an_error() -> None:
+    config = {"controller": {"command": ["program"]}}
+    world = inbye.Map(np.zeros((60, 100), np.int8), 0.1)
+    with pytest.raises(inbye.InbyeError, match=r"^controller\.command: .*leave one of them out"):
+        room().drive(config=config, controller=straight)
+    with pytest.raises(inbye.InbyeError, match=r"^controller\.command: .*leave one of them out"):
+        inbye.Navigator(world, (1.0, 3.0), [(8.0, 3.0)], config=config, controller=straight)
+
+
 def test_unknown_engine_is_an_error_with_a_controller_too() -> None:
     with pytest.raises(inbye.InbyeError, match="`xpu` is not an engine"):
         room().drive(controller=straight, engine="xpu")

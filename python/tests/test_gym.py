@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import gymnasium
 import inbye.gym
@@ -241,7 +242,51 @@ def test_ranges_of_a_mounted_lidar_are_those_from_its_place(*, navigator: bool) 
     np.testing.assert_allclose(ranges[[45, 135, 225]], [0.9, 6.65, 3.9], atol=0.02)
 
 
-@pytest.mark.parametrize("key", ["simulator", "global_planner"])
+def barn_worlds(folder: Path) -> list[inbye.World]:
+    """Return a world of BARN with one post, whose robot is another one than that of the scenes."""
+    columns = "dwa_success,dwa_collision,dwa_timeout,dwa_metric"
+    row = "3,1,10.0,5.0,0.90,0.10,0.00,0.1500"
+    text = f"world,official50,path_length_m,optimal_time_s,{columns}\n{row}\n"
+    (folder / "worlds.csv").write_text(text)
+    (folder / "worlds").mkdir()
+    post = "x_m,y_m,radius_m,kind\n-1.5,6.0,0.075,obstacle\n"
+    (folder / "worlds" / "world_003.csv").write_text(post)
+    return inbye.bench.worlds(kind="barn", path=folder)
+
+
+def test_worlds_of_an_environment_have_one_robot(tmp_path: Path) -> None:
+    worlds = [WORLDS[0], *barn_worlds(tmp_path)]
+    config: dict[str, dict[str, object]] = {}
+    alike = [
+        ("simulation", "lidar", {"beams": 90, "field_of_view_rad": 4.7, "range_max_m": 10.0}),
+        ("local", "control_period_s", 0.1),
+        ("robot", "limits", {"min_vel_x": -0.2, "max_vel_x": 0.8, "max_vel_theta": 1.0}),
+    ]
+    expected = [
+        r"simulation\.lidar\.beams is 360 in scenes roadway and 720 in barn 3, .* set it in config",
+        r"local\.control_period_s is 0\.1 in scenes roadway and 0\.05 in barn 3",
+        r"robot\.limits\.m.* in scenes roadway and .* in barn 3",
+    ]
+    for (table, key, value), message in zip(alike, expected, strict=True):
+        with pytest.raises(inbye.InbyeError, match=rf"^worlds: {message}"):
+            inbye.gym.VectorEnv(worlds, 2, config=config)
+        config[table] = {key: value}
+    inbye.gym.VectorEnv(worlds, 2, config=config).reset()
+
+
+@pytest.mark.parametrize(
+    ("changes", "key"),
+    [
+        ({"deadline_s": 0.05}, r"navigator\.deadline_s"),
+        ({"wait_for_plans": False}, r"navigator\.wait_for_plans = false"),
+    ],
+)
+def test_steps_do_not_depend_on_the_wall_clock(changes: dict[str, object], key: str) -> None:
+    with pytest.raises(inbye.InbyeError, match=rf"^{key} makes a mission depend on the wall clock"):
+        inbye.gym.VectorEnv(WORLDS, 2, config={"navigator": changes}, navigator=True)
+
+
+@pytest.mark.parametrize("key", ["simulator", "global_planner", "controller"])
 def test_programs_that_environments_do_not_use_are_errors(key: str) -> None:
     config = {key: {"command": ["program"]}}
     with pytest.raises(inbye.InbyeError, match=rf"^{key}\.command: .*leave it out, or"):

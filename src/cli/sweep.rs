@@ -1,5 +1,6 @@
 //! `inbye sweep`.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
@@ -8,7 +9,7 @@ use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard, chec
 use inbye::input_file::read_text;
 use inbye::local::SharedEngines;
 use inbye::runtime::{TomlError, parse_toml};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::arguments::whole;
 use super::result_store::ResultStore;
@@ -32,7 +33,8 @@ const FOLDER: &str = "inbye-sweep";
     share it: no cell is run twice. Where machines share no folder, run a --shard on each, and merge the folders.\n\
     Cells of worlds with `latency = true` run one at a time after the others, and no other cell on the same machine runs at \
     that time.\n\
-    JSON fields: `cells`, `found`, `driven`, `errors`, `left` [{`key`, `reason`}], `out`; with --list `cells`, a list.\n\
+    JSON fields: `cells`, `found`, `driven`, `errors`, `left` [{`key`, `reason`}], `out`; with --list `cells`, a list, in which \
+    `also` has the further names of a cell.\n\
     Exit status 1: cells are left, because this machine does not have their engine."
 )]
 pub struct SweepArguments {
@@ -53,7 +55,7 @@ pub struct SweepArguments {
     /// Cells at a time [default: all cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
     pub jobs: Option<usize>,
-    /// Run nothing: print a line of JSON for each cell with its key and names; with --out prepare the folder, and print
+    /// Run nothing: print a line of JSON for each cell with its key and all its names; with --out prepare the folder, and print
     /// whether the cell is `done`.
     #[arg(long, conflicts_with_all = ["jobs", "cells"])]
     pub list: bool,
@@ -89,7 +91,7 @@ pub fn run(arguments: &SweepArguments) -> anyhow::Result<bool> {
     let out = arguments.out.as_deref();
     if arguments.list {
         let folder = out.map(|out| ResultStore::open(out, &manifest)).transpose()?;
-        return list(&cells, folder.as_ref());
+        return list(&grid, &cells, folder.as_ref());
     }
     let machine = machine::description();
     if out.is_none() && !arguments.cells.is_empty() {
@@ -160,11 +162,20 @@ fn requested<'g>(grid: &'g Grid, arguments: &SweepArguments) -> anyhow::Result<V
     Ok(arguments.shard.map_or_else(|| cells.clone(), |shard| shard.of(&cells)))
 }
 
-/// Prints each cell, and whether it has its result in a folder.
-fn list(cells: &[&Cell], folder: Option<&ResultStore>) -> anyhow::Result<bool> {
+/// Prints each cell with all its names, and whether it has its result in a folder.
+fn list(grid: &Grid, cells: &[&Cell], folder: Option<&ResultStore>) -> anyhow::Result<bool> {
+    let mut names: BTreeMap<&str, Vec<Value>> = BTreeMap::new();
+    for cell in &grid.cells {
+        names.entry(&cell.row.key).or_default().push(cell.row.names());
+    }
     let mut lines = Vec::new();
     for cell in cells {
-        let mut line = cell.row.names();
+        let mut all = names.remove(cell.row.key.as_str()).unwrap_or_default().into_iter();
+        let mut line = all.next().unwrap_or_default();
+        let also: Vec<Value> = all.collect();
+        if !also.is_empty() {
+            line["also"] = json!(also);
+        }
         if let Some(folder) = folder {
             line["done"] = json!(folder.has(&cell.row.key)?);
         }

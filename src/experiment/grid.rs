@@ -3,6 +3,9 @@
 use std::collections::BTreeSet;
 use std::path::Path;
 
+use serde_json::json;
+
+use super::cell::key;
 use super::{Cell, ExperimentError, Plan, RunRow, World};
 use crate::local::Sampler;
 use crate::runtime::{Config, TomlError};
@@ -51,21 +54,26 @@ impl Setup {
 
     /// Checks that runs do not depend on the wall clock.
     fn check_pure(&self) -> Result<(), ExperimentError> {
-        let navigator = &self.config.navigator;
-        let key = if navigator.deadline_s.is_some() {
-            "deadline_s"
-        } else if !navigator.wait_for_plans {
-            "wait_for_plans = false"
-        } else {
-            return Ok(());
-        };
+        let Some(key) = wall_clock_setting(&self.config) else { return Ok(()) };
         let name = self.name.as_deref();
         Err(ExperimentError::Unusable {
             place: name.map_or("settings".to_owned(), |name| format!("configs.{name}")),
             reason: format!(
-                "navigator.{key} makes a run depend on the wall clock, and a cell must not: leave it out"
+                "{key} makes a run depend on the wall clock, and a cell must not: leave it out"
             ),
         })
+    }
+}
+
+/// The setting by which a simulated run depends on the wall clock; none if no setting does.
+#[must_use]
+pub const fn wall_clock_setting(config: &Config) -> Option<&'static str> {
+    if config.navigator.deadline_s.is_some() {
+        Some("navigator.deadline_s")
+    } else if !config.navigator.wait_for_plans {
+        Some("navigator.wait_for_plans = false")
+    } else {
+        None
     }
 }
 
@@ -160,6 +168,19 @@ impl Grid {
             Cell { timed, ..cell }
         };
         Self { title: self.title.clone(), cells: self.cells.iter().map(moved).collect() }
+    }
+
+    /// The same cells for an object of the caller that decides, such as a controller in Python, under its name. Their keys depend on
+    /// that name too: those of the cells are of the runs in which inbye decides. The code of the object is not part of them, so
+    /// equal keys do not mean equal results.
+    #[must_use]
+    pub fn with_controller(&self, name: &str) -> Self {
+        let with = |cell: &Cell| {
+            let key = key(&json!({ "cell": cell.row.key, "controller": name }));
+            let row = RunRow { config: Some(name.to_owned()), key, ..cell.row.clone() };
+            Cell { row, ..cell.clone() }
+        };
+        Self { title: self.title.clone(), cells: self.cells.iter().map(with).collect() }
     }
 
     /// The first cell of each key.

@@ -41,7 +41,7 @@ pub use ablation::{ABLATION_VARIANTS, AblationVariant, ablation_groups};
 pub use cell::{Cell, FORMAT, Shard};
 pub use error::ExperimentError;
 pub use fault_matrix::{FaultRow, simulated_fault_names, simulated_faults};
-pub use grid::{Grid, Setup, sampling_setups};
+pub use grid::{Grid, Setup, sampling_setups, wall_clock_setting};
 pub use group::{Group, faults, groups};
 #[cfg(feature = "report")]
 pub(crate) use group::{by_world, grouped};

@@ -142,6 +142,12 @@ impl Manifest {
         Ok(read)
     }
 
+    /// A row for each cell that has a result, in the plan's order: cells with different names may share a key, and so a result.
+    pub fn rows<'r>(&self, result: impl Fn(&str) -> Option<&'r RunRow>) -> Vec<RunRow> {
+        let row = |cell: &RunRow| Some(result(&cell.key)?.clone().named(cell));
+        self.cells.iter().filter_map(row).collect()
+    }
+
     /// The keys, each once, in order.
     #[must_use]
     pub fn keys(&self) -> Vec<&str> {
@@ -185,10 +191,9 @@ pub fn merge(
             return Err(ExperimentError::Differs { key, files });
         }
     }
-    let row = |cell: &RunRow| Some(by_key.get(&cell.key)?.1.clone().named(cell));
     let missing = manifest.keys().into_iter();
     Ok(Merged {
-        rows: manifest.cells.iter().filter_map(row).collect(),
+        rows: manifest.rows(|key| by_key.get(key).map(|(_, row)| row)),
         missing: missing.filter(|key| !by_key.contains_key(*key)).map(str::to_owned).collect(),
     })
 }

@@ -152,4 +152,8 @@ impl Controller for ProcessController {
     fn reset(&mut self) {
         self.is_reset = true;
     }
+
+    fn finish(&mut self) -> Result<(), ControllerError> {
+        self.program.finish::<Velocity>().map_err(|reason| ControllerError::Failed { reason })
+    }
 }

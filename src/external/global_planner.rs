@@ -13,6 +13,8 @@ use crate::navigator::{END_TOLERANCE_M, GlobalPlanner, RobotModel, check_cells, 
 pub struct ProcessPlanner {
     program: Program,
     least_radius_m: f64,
+    /// Number of requests so far.
+    requests: u64,
 }
 
 crate::settings::opaque_debug!(ProcessPlanner);
@@ -38,7 +40,7 @@ impl ProcessPlanner {
         });
         let program = Program::start(settings, &first)
             .map_err(|reason| PlanError::InvalidPlanner { name: settings.to_string(), reason })?;
-        Ok(Self { program, least_radius_m })
+        Ok(Self { program, least_radius_m, requests: 0 })
     }
 
     fn invalid(&self, reason: String) -> PlanError {
@@ -76,7 +78,10 @@ impl GlobalPlanner for ProcessPlanner {
         let grid = GridMessage::of_grid(obstacles);
         let radius_m = self.least_radius_m;
         let began_s = clock();
-        let request = Request::Plan(PathRequest { start, goal, radius_m, grid: &grid });
+        let number = self.requests;
+        self.requests += 1;
+        let request =
+            Request::Plan(PathRequest { request: number, start, goal, radius_m, grid: &grid });
         let answer = self.program.ask(&request, self.program.timeout);
         let planned = answer.map_err(|error| self.invalid(self.program.reason(error)))?;
         let took_s = clock() - began_s;
@@ -106,5 +111,13 @@ impl GlobalPlanner for ProcessPlanner {
 
     fn least_radius_m(&self) -> f64 {
         self.least_radius_m
+    }
+
+    fn is_external(&self) -> bool {
+        true
+    }
+
+    fn finish(&mut self) -> Result<(), PlanError> {
+        self.program.finish::<PlannedPath>().map_err(|reason| self.invalid(reason))
     }
 }

@@ -188,11 +188,22 @@ impl LineProcess {
         self.process.id()
     }
 
+    /// Ends the process, to which the wait gives more time, and returns the lines that were not read, as far as they are kept.
+    pub(super) fn last_lines(&mut self, more_time: Duration) -> Vec<String> {
+        self.end_within(GRACE + more_time);
+        let line = |_| self.lines.recv_timeout(LAST_OUTPUT).ok()?.ok();
+        (0..=MAX_UNREAD).map_while(line).collect()
+    }
+
     /// Ends the input, waits a moment for the process, then kills it with its group. Returns the end of its standard error
     /// output.
     pub fn end(&mut self) -> String {
+        self.end_within(GRACE)
+    }
+
+    fn end_within(&mut self, grace: Duration) -> String {
         if self.input.take().is_some() {
-            let until = Instant::now() + GRACE;
+            let until = Instant::now() + grace;
             while !self.has_ended() && Instant::now() < until {
                 thread::sleep(POLL);
             }

@@ -23,12 +23,14 @@ use std::path::Path;
 use std::process::ExitStatus;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+use serde::de::DeserializeOwned;
 
 #[cfg(doc)]
 use crate::navigator::ControllerError;
 use crate::suggest::without_rust_types;
-use protocol::{Ready, Request};
+use protocol::{AnsweredNumber, Ready, Request};
 
 /// Ends all waits for answers once it is set.
 static INTERRUPT: OnceLock<Arc<AtomicBool>> = OnceLock::new();
@@ -46,6 +48,12 @@ pub(crate) struct Program {
     name: String,
     wants: Vec<protocol::Want>,
     pub timeout: Duration,
+    /// The last message: its number, its time, and whether its answer is due.
+    asked: Option<u64>,
+    asked_at: Instant,
+    is_due: bool,
+    /// The longest time of an answer, without the first one.
+    longest: Duration,
 }
 
 /// Beginning of the reason where a program gave no answer in time, also in [`ControllerError::TimedOut`].
@@ -67,7 +75,16 @@ impl Program {
             .map_err(|error| format!("cannot be started: {error}{}", searched(settings)))?;
         let timeout = Duration::from_secs_f64(settings.timeout_s);
         let (name, wants) = (settings.to_string(), Vec::new());
-        let mut program = Self { process, name, wants, timeout };
+        let mut program = Self {
+            process,
+            name,
+            wants,
+            timeout,
+            asked: None,
+            asked_at: Instant::now(),
+            is_due: false,
+            longest: Duration::ZERO,
+        };
         program.send(first);
         let ready: Ready = match program.answer(START_FACTOR * timeout) {
             Ok(ready) => ready,
@@ -92,58 +109,88 @@ impl Program {
     }
 
     /// Sends a message and waits for its answer. Each earlier message must have been answered.
-    pub fn ask<T: serde::de::DeserializeOwned>(
+    pub fn ask<T: DeserializeOwned>(
         &mut self,
         request: &Request<'_>,
         limit: Duration,
     ) -> Result<T, NoAnswer> {
         if let Some(line) = self.process.waiting_line() {
-            let line = shown(&line, SHOWN_CHARACTERS);
-            return Err(NoAnswer::Failed(format!("wrote a second line for one message: `{line}`")));
+            return Err(NoAnswer::Failed(second_line(&line)));
         }
         self.send(request);
         self.answer(limit)
     }
 
-    fn send(&self, request: &Request<'_>) {
+    /// Ends the program after its last answer, and checks that it wrote one line for each message: a line that came just after the
+    /// next message was taken as the answer to that message, and each answer since then was for the message before. This shows only
+    /// in the line that is left at the end. A line that is no answer, such as a farewell, does no harm.
+    ///
+    /// # Errors
+    /// Has the line that is left.
+    pub fn finish<T: DeserializeOwned>(&mut self) -> Result<(), String> {
+        // The answer to the last message may still be in preparation.
+        let lines = self.process.last_lines(self.longest.min(LONGEST_WAIT));
+        let mut answers = lines.iter().filter(|line| serde_json::from_str::<T>(line).is_ok());
+        let surplus = answers.nth(usize::from(self.is_due));
+        surplus.map_or(Ok(()), |line| {
+            Err(format!(
+                "{}: it was left at the end, so answers were for earlier messages",
+                second_line(line)
+            ))
+        })
+    }
+
+    fn send(&mut self, request: &Request<'_>) {
+        (self.asked, self.asked_at, self.is_due) = (request.number(), Instant::now(), true);
         // Numbers, lists and texts always have a JSON form.
         let line = serde_json::to_string(request).unwrap_or_default();
         self.process.send(line);
     }
 
     /// Waits for an answer that is due.
-    pub fn answer<T: serde::de::DeserializeOwned>(
-        &mut self,
-        limit: Duration,
-    ) -> Result<T, NoAnswer> {
+    pub fn answer<T: DeserializeOwned>(&mut self, limit: Duration) -> Result<T, NoAnswer> {
+        let line = self.answer_line(limit)?;
+        self.is_due = false;
+        if self.asked.is_some() {
+            self.longest = self.longest.max(self.asked_at.elapsed());
+        }
+        let no_answer = |why: String| {
+            let shown = shown(&line, SHOWN_CHARACTERS);
+            NoAnswer::Failed(format!("`{shown}` is no answer: {why}"))
+        };
+        let answer =
+            serde_json::from_str(&line).map_err(|error| no_answer(why_no_answer(&error, &line)))?;
+        let number = serde_json::from_str(&line).ok().and_then(|it: AnsweredNumber| it.tick);
+        match (number, self.asked) {
+            (Some(number), Some(asked)) if number != asked => Err(no_answer(format!(
+                "it is for message {number}, and message {asked} was asked: write one line for each message"
+            ))),
+            _ => Ok(answer),
+        }
+    }
+
+    /// Waits for the line of an answer.
+    fn answer_line(&mut self, limit: Duration) -> Result<String, NoAnswer> {
         let line = match INTERRUPT.get() {
             Some(flag) => {
                 interruptible(|| flag.load(Ordering::Relaxed), || self.process.line(limit))
             }
             None => self.process.line(limit),
         };
-        let line = match line {
-            Ok(line) => line,
-            Err(LineError::Timeout) => return Err(NoAnswer::Silent),
-            Err(LineError::Interrupted) => {
-                return Err(NoAnswer::Failed("was interrupted".to_owned()));
-            }
-            Err(LineError::TooLong) => {
+        line.map_err(|error| match error {
+            LineError::Timeout => NoAnswer::Silent,
+            LineError::Interrupted => NoAnswer::Failed("was interrupted".to_owned()),
+            LineError::TooLong => {
                 let limit_mib = line_process::MAX_LINE >> 20;
-                let reason = format!("wrote a line that is longer than {limit_mib} MiB");
-                return Err(NoAnswer::Failed(reason));
+                NoAnswer::Failed(format!("wrote a line that is longer than {limit_mib} MiB"))
             }
-            Err(LineError::Ended) => {
+            LineError::Ended => {
                 let errors = self.process.end();
                 let last = errors.trim_end().lines().next_back().unwrap_or_default();
                 let last = shown(last, REASON_CHARACTERS);
                 let why = if last.is_empty() { String::new() } else { format!(": {last}") };
-                return Err(NoAnswer::Failed(format!("{}{why}", end_text(self.process.status()))));
+                NoAnswer::Failed(format!("{}{why}", end_text(self.process.status())))
             }
-        };
-        serde_json::from_str(&line).map_err(|error| {
-            let shown = shown(&line, SHOWN_CHARACTERS);
-            NoAnswer::Failed(format!("`{shown}` is no answer: {}", why_no_answer(&error, &line)))
         })
     }
 
@@ -153,6 +200,11 @@ impl Program {
             NoAnswer::Failed(reason) => reason,
         }
     }
+}
+
+/// Why a line without a message is an error.
+fn second_line(line: &str) -> String {
+    format!("wrote a second line for one message: `{}`", shown(line, SHOWN_CHARACTERS))
 }
 
 /// How a program ended; without a status it still runs.
@@ -223,6 +275,8 @@ fn shown(text: &str, characters: usize) -> String {
 
 /// The first answer may take this many times as long as others: a program loads its libraries first.
 const START_FACTOR: u32 = 6;
+/// Longest extra time at the end of a mission for an answer that is in preparation.
+const LONGEST_WAIT: Duration = Duration::from_secs(2);
 /// Characters of a wrong answer or of a name that a message shows.
 const SHOWN_CHARACTERS: usize = 80;
 /// Characters of a program's reason that a message shows.

@@ -27,6 +27,25 @@ pub(crate) enum Request<'a> {
     Step(Step),
 }
 
+impl Request<'_> {
+    /// The number of a message, which its answer may repeat; none for the first message.
+    pub const fn number(&self) -> Option<u64> {
+        match self {
+            Self::Start(_) | Self::Simulate(_) => None,
+            Self::Tick(tick) => Some(tick.tick),
+            Self::Plan(plan) => Some(plan.request),
+            Self::Step(step) => Some(step.step),
+        }
+    }
+}
+
+/// The number of the message that an answer is for, where the answer repeats it.
+#[derive(Deserialize)]
+pub(crate) struct AnsweredNumber {
+    #[serde(alias = "request", alias = "step")]
+    pub tick: Option<u64>,
+}
+
 /// What the program serves as.
 #[derive(Clone, Copy, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -135,6 +154,9 @@ pub(crate) enum Velocity {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with `linear` and `angular`, or `error`")]
 struct VelocityFields {
+    /// See [`AnsweredNumber`].
+    #[serde(rename = "tick")]
+    _tick: Option<u64>,
     linear: Option<f64>,
     angular: Option<f64>,
     error: Option<String>,
@@ -144,13 +166,10 @@ impl TryFrom<VelocityFields> for Velocity {
     type Error = &'static str;
 
     fn try_from(fields: VelocityFields) -> Result<Self, &'static str> {
-        match fields {
-            VelocityFields { linear: Some(linear), angular: Some(angular), error: None } => {
-                Ok(Self::Velocity { linear, angular })
-            }
-            VelocityFields { linear: None, angular: None, error: Some(error) } => {
-                Ok(Self::Error { error })
-            }
+        let VelocityFields { linear, angular, error, .. } = fields;
+        match (linear, angular, error) {
+            (Some(linear), Some(angular), None) => Ok(Self::Velocity { linear, angular }),
+            (None, None, Some(error)) => Ok(Self::Error { error }),
             _ => Err("write either `linear` and `angular`, or `error`"),
         }
     }
@@ -158,6 +177,8 @@ impl TryFrom<VelocityFields> for Velocity {
 
 #[derive(Serialize)]
 pub(crate) struct PathRequest<'a> {
+    /// Number of earlier requests.
+    pub request: u64,
     pub start: Point,
     pub goal: Point,
     /// The distance that the path is to keep from obstacles, metres.
@@ -177,6 +198,9 @@ pub(crate) enum PlannedPath {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with `path`, or `error`")]
 struct PathFields {
+    /// See [`AnsweredNumber`].
+    #[serde(rename = "request")]
+    _request: Option<u64>,
     path: Option<Vec<Vec<f64>>>,
     error: Option<serde_json::Value>,
 }
@@ -191,11 +215,12 @@ impl TryFrom<PathFields> for PlannedPath {
                 Err(format!("point {index} of `path` has {} numbers: write [x, y]", numbers.len()))
             }
         };
-        match fields {
-            PathFields { path: Some(path), error: None } => {
+        let PathFields { path, error, .. } = fields;
+        match (path, error) {
+            (Some(path), None) => {
                 path.into_iter().enumerate().map(point).collect::<Result<_, _>>().map(Self::Path)
             }
-            PathFields { path: None, error: Some(error) } => Ok(Self::Error(error)),
+            (None, Some(error)) => Ok(Self::Error(error)),
             _ => Err("write either `path` or `error`".to_owned()),
         }
     }
@@ -229,7 +254,10 @@ pub(crate) struct LidarMessage {
 
 /// A command for a time, seconds; zero seconds for the state at the start.
 #[derive(Serialize)]
+#[expect(clippy::struct_field_names, reason = "the number of a step has its name in the protocol")]
 pub(crate) struct Step {
+    /// Number of earlier steps.
+    pub step: u64,
     pub period_s: f64,
     pub linear: f64,
     pub angular: f64,
@@ -239,6 +267,9 @@ pub(crate) struct Step {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with `odometry`, `scan` and `truth`")]
 pub(crate) struct SimulatedState {
+    /// See [`AnsweredNumber`].
+    #[serde(rename = "step")]
+    _step: Option<u64>,
     pub odometry: SimulatedMotion,
     pub scan: SimulatedScan,
     /// Pose in the map by positioning of the robot's own.
@@ -422,7 +453,7 @@ mod tests {
             (r#"{"path": [[1, 2], [3, 4, 0]]}"#, "point 1 of `path` has 3 numbers: write [x, y]"),
             (
                 r#"{"path": [[1, 2]], "cost": 3}"#,
-                "unknown field `cost`, expected `path` or `error`",
+                "unknown field `cost`, expected one of `request`, `path`, `error`",
             ),
             (r#"{"path": [[1, 2]], "error": "a"}"#, "write either `path` or `error`"),
             ("{}", "write either `path` or `error`"),

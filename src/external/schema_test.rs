@@ -90,16 +90,23 @@ fn schema_in_the_book_accepts_what_the_program_accepts() {
     for (name, text, is_valid) in [
         ("velocity_answer", r#"{"linear": 0.5, "angular": 1}"#, true),
         ("velocity_answer", r#"{"error": "x"}"#, true),
+        ("velocity_answer", r#"{"tick": 3, "linear": 0.5, "angular": 1}"#, true),
+        ("velocity_answer", r#"{"tick": 3, "error": "x"}"#, true),
+        ("velocity_answer", r#"{"tick": "3", "error": "x"}"#, false),
+        ("velocity_answer", r#"{"step": 3, "error": "x"}"#, false),
         ("velocity_answer", "{}", false),
         ("velocity_answer", r#"{"linear": 1}"#, false),
         ("velocity_answer", r#"{"linear": 1, "angular": 0, "error": "x"}"#, false),
         ("path_answer", r#"{"path": [[0, 0], [1, 1]]}"#, true),
         ("path_answer", r#"{"error": "x"}"#, true),
+        ("path_answer", r#"{"request": 3, "path": [[0, 0], [1, 1]]}"#, true),
+        ("path_answer", r#"{"request": 3, "error": "x"}"#, true),
         ("path_answer", r#"{"path": [[0, 0, 0], [1, 1]]}"#, false),
         ("path_answer", r#"{"path": [[0, 0], [1, 1]], "cost": 1}"#, false),
         ("ready", r#"{"protocol": 1, "wants": ["map"]}"#, true),
         ("ready", r#"{"protocol": 1, "wants": ["maps"]}"#, false),
         ("state", state, true),
+        ("state", &state.replacen('{', r#"{"step": 3, "#, 1), true),
         ("state", r#"{"odometry": null}"#, false),
     ] {
         let value: Value = serde_json::from_str(text).expect("JSON");
@@ -147,7 +154,7 @@ fn messages_have_the_fields_of_the_schema_in_the_book() {
         map: Some(&grid),
     };
     assert_follows_schema("tick", &Request::Tick(Box::new(tick)));
-    let plan = PathRequest { start: place, goal: place, radius_m: 0.3, grid: &grid };
+    let plan = PathRequest { request: 0, start: place, goal: place, radius_m: 0.3, grid: &grid };
     assert_follows_schema("plan", &Request::Plan(plan));
     let lidar =
         LidarMessage { beams: 1, field_of_view_rad: 1.0, range_max_m: 1.0, range_sigma_m: 0.0 };
@@ -164,6 +171,6 @@ fn messages_have_the_fields_of_the_schema_in_the_book() {
         obstacles: grid.clone(),
     };
     assert_follows_schema("simulate", &Request::Simulate(Box::new(simulate)));
-    let step = Step { period_s: 0.1, linear: 0.0, angular: 0.0 };
+    let step = Step { step: 0, period_s: 0.1, linear: 0.0, angular: 0.0 };
     assert_follows_schema("step", &Request::Step(step));
 }

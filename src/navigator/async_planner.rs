@@ -5,12 +5,16 @@
 //! so that a run can be replayed bit for bit.
 
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::time::Duration;
 
 use super::global_planner::checked_plan;
 use super::{Fault, GlobalPlanner};
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
+
+/// Longest wait for an external planner at the end of a mission.
+const END_WAIT: Duration = Duration::from_secs(5);
 
 /// What to plan.
 #[derive(Clone, Debug)]
@@ -33,8 +37,10 @@ type Answer = (u64, Result<Plan, PlanError>);
 /// A planner on its own thread. It takes one request at a time; the thread ends when this is dropped.
 #[derive(Debug)]
 pub(super) struct AsyncPlanner<R> {
-    requests: Sender<(u64, PlanRequest)>,
+    requests: Option<Sender<(u64, PlanRequest)>>,
     answers: Receiver<Answer>,
+    /// How an external planner ended; none for a planner of this process.
+    ended: Option<Receiver<Result<(), PlanError>>>,
     /// Number of the last request.
     number: u64,
     /// Reason of the pending request, and the time when its plan is due, seconds.
@@ -49,11 +55,18 @@ impl<R> AsyncPlanner<R> {
     pub fn new(known: ObstacleGrid, planner: Box<dyn GlobalPlanner>) -> Result<Self, Fault> {
         let (requests, received) = channel();
         let (done, answers) = channel();
+        let (end, ended) = channel();
+        let ended = planner.is_external().then_some(ended);
         std::thread::Builder::new()
             .name("inbye-planner".to_owned())
-            .spawn(move || work(&known, planner, &received, &done))
+            .spawn(move || {
+                let mut planner = planner;
+                work(&known, &mut *planner, &received, &done);
+                // Where nobody waits, the planner ends all the same.
+                let _ = end.send(planner.finish());
+            })
             .map_err(|error| Fault::NoThread { reason: error.to_string() })?;
-        Ok(Self { requests, answers, number: 0, pending: None })
+        Ok(Self { requests: Some(requests), answers, ended, number: 0, pending: None })
     }
 
     /// Whether a request is pending.
@@ -68,9 +81,19 @@ impl<R> AsyncPlanner<R> {
             return;
         }
         self.number += 1;
-        if self.requests.send((self.number, request)).is_ok() {
+        let send = |requests: &Sender<_>| requests.send((self.number, request)).is_ok();
+        if self.requests.as_ref().is_some_and(send) {
             self.pending = Some((reason, due_s));
         }
+    }
+
+    /// Ends the thread. Waits for an external planner; one that searches for longer than [`END_WAIT`] counts as sound.
+    ///
+    /// # Errors
+    /// As [`GlobalPlanner::finish`].
+    pub fn finish(&mut self) -> Result<(), PlanError> {
+        (self.requests, self.pending) = (None, None);
+        self.ended.take().map_or(Ok(()), |ended| ended.recv_timeout(END_WAIT).unwrap_or(Ok(())))
     }
 
     /// Drops the pending request. Its answer is dropped when it arrives: a control loop waits for no search.
@@ -106,14 +129,14 @@ impl<R> AsyncPlanner<R> {
 
 fn work(
     known: &ObstacleGrid,
-    mut planner: Box<dyn GlobalPlanner>,
+    planner: &mut dyn GlobalPlanner,
     requests: &Receiver<(u64, PlanRequest)>,
     answers: &Sender<Answer>,
 ) {
     for (number, request) in requests {
         let obstacles = with_unknown(known, &request);
         let ends = [request.start, request.goal];
-        let plan = checked_plan(&mut *planner, &obstacles, &request.transient, ends, &mut || 0.0);
+        let plan = checked_plan(planner, &obstacles, &request.transient, ends, &mut || 0.0);
         if answers.send((number, plan)).is_err() {
             return;
         }
@@ -199,7 +222,13 @@ mod tests {
     fn cancelling_does_not_wait_for_the_thread() {
         let (requests, _received) = channel();
         let (_done, answers) = channel();
-        let mut planner = AsyncPlanner { requests, answers, number: 0, pending: None };
+        let mut planner = AsyncPlanner {
+            requests: Some(requests),
+            answers,
+            ended: None,
+            number: 0,
+            pending: None,
+        };
         for reason in 0..3 {
             planner.request(request(vec![]), reason, 1.0);
             planner.cancel();
@@ -211,7 +240,13 @@ mod tests {
     fn answers_to_cancelled_requests_are_dropped_however_late_they_are() {
         let (requests, received) = channel();
         let (done, answers) = channel();
-        let mut planner = AsyncPlanner { requests, answers, number: 0, pending: None };
+        let mut planner = AsyncPlanner {
+            requests: Some(requests),
+            answers,
+            ended: None,
+            number: 0,
+            pending: None,
+        };
         planner.request(request(vec![DISC]), 1, 1.0);
         planner.cancel();
         planner.request(request(vec![]), 2, 1.0);

@@ -105,6 +105,14 @@ pub trait Controller: Send {
 
     /// Forgets the drive so far: another goal begins.
     fn reset(&mut self);
+
+    /// Ends the mission: no further input follows.
+    ///
+    /// # Errors
+    /// [`ControllerError::Failed`] if it turns out that its velocities were not valid. The mission then has failed.
+    fn finish(&mut self) -> Result<(), ControllerError> {
+        Ok(())
+    }
 }
 
 /// Why a controller returned no velocity.

@@ -46,6 +46,15 @@ impl ControllerHost {
         self.reply.as_ref()
     }
 
+    /// Ends the mission.
+    ///
+    /// # Errors
+    /// As [`Controller::finish`].
+    pub fn finish(&mut self) -> Result<(), Fault> {
+        let finished = self.controller.finish();
+        finished.map_err(|error| Fault::Controller { name: self.name().to_owned(), error })
+    }
+
     /// Forgets the answer of an earlier tick.
     pub fn start_tick(&mut self) {
         self.reply = None;

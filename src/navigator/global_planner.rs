@@ -33,6 +33,19 @@ pub trait GlobalPlanner: Send {
     /// The distance that the planner keeps between a path and every obstacle, metres, finite and at least zero. The navigator
     /// replans where an obstacle is nearer.
     fn least_radius_m(&self) -> f64;
+
+    /// Whether it runs outside this process: the end of a mission then waits for [`Self::finish`].
+    fn is_external(&self) -> bool {
+        false
+    }
+
+    /// Ends the mission: no further request follows.
+    ///
+    /// # Errors
+    /// [`PlanError::InvalidPlanner`] if it turns out that its paths were not valid. The mission then has failed.
+    fn finish(&mut self) -> Result<(), PlanError> {
+        Ok(())
+    }
 }
 
 /// Plans a path, and rejects one that the robot cannot follow.

@@ -120,6 +120,14 @@ impl Replanner {
         self.forget_failures();
     }
 
+    /// Ends the mission.
+    ///
+    /// # Errors
+    /// As [`GlobalPlanner::finish`].
+    pub fn finish(&mut self) -> Result<(), Fault> {
+        self.planner.finish().map_err(Fault::Plan)
+    }
+
     /// Plans on another map from now on, first of all at once.
     pub fn replace_map(&mut self, planner: AsyncPlanner<Reason>) {
         self.planner = planner;

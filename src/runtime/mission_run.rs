@@ -15,7 +15,7 @@ use super::{
     Config, Contact, Encounters, GroundTruth, LidarData, MissionEnd, ObstacleGap, OdometryReading,
     Robot, RobotConfig, Trace, TraceRow, ZoneCompliance,
 };
-use crate::geometry::Pose;
+use crate::geometry::{Pose, Twist};
 use crate::local::{CpuEngine, Engine};
 use crate::map::{OccupancyGrid, ScanChange};
 use crate::navigator::{Fault, Mode, NavigationMap, Navigator, Observation, Waypoints};
@@ -75,6 +75,8 @@ pub struct MissionRun<R> {
     /// Time of the first tick by the robot's clock, seconds, if it has one.
     began_s: Option<f64>,
     is_over: bool,
+    /// Whether the answers of a program turned out not to be valid at the end.
+    is_invalid: bool,
 }
 
 crate::settings::opaque_debug!(MissionRun<R>);
@@ -127,6 +129,7 @@ impl<R: Robot> MissionRun<R> {
             ticks,
             began_s: None,
             is_over: ticks == 0,
+            is_invalid: false,
             mission,
             config,
             robot,
@@ -179,7 +182,27 @@ impl<R: Robot> MissionRun<R> {
         };
         self.trace.rows.push(row);
         self.is_over |= self.is_time_up();
+        if self.is_over && self.early_end != Some(EarlyEnd::Interrupted) {
+            self.finish();
+        }
         if self.is_over { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// Ends the programs of the user's own. One that turns out to have answered other messages than it was asked makes the mission fail,
+    /// wherever the robot stands.
+    fn finish(&mut self) {
+        let has_programs = self.config.controller.is_set() || self.config.global_planner.is_set();
+        if has_programs && self.robot.now_s().is_some() {
+            // A real robot must not drive on while its programs end.
+            let _ = self.robot.drive(&Twist::STOP, self.config.local.control_period_s);
+        }
+        let had_fault = self.navigator.fault().is_some();
+        self.navigator.finish();
+        self.is_invalid = !had_fault && self.navigator.fault().is_some();
+        if self.robot.finish().is_break() {
+            self.early_end = self.early_end.or(Some(EarlyEnd::RobotStopped));
+            self.is_invalid = true;
+        }
     }
 
     /// Time since the first tick, seconds: measured by the robot's clock, else by counting ticks.
@@ -356,7 +379,7 @@ impl<R: Robot> MissionRun<R> {
     #[must_use]
     pub fn is_reached(&self) -> bool {
         let at_goal = |row: &TraceRow| row.mode == Mode::Arrived || self.mission.is_done(&row.pose);
-        self.trace.rows.last().is_some_and(at_goal)
+        !self.is_invalid && self.trace.rows.last().is_some_and(at_goal)
     }
 
     /// How the mission ended; none while it runs.

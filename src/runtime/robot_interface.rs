@@ -96,6 +96,12 @@ pub trait Robot {
     fn fault(&self) -> Option<String> {
         None
     }
+
+    /// Ends the mission: nothing is sensed or driven after it. Returns a break if the drive turns out not to be valid, for the reason
+    /// of [`Robot::fault`].
+    fn finish(&mut self) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 }
 
 impl<R: Robot + ?Sized> Robot for &mut R {
@@ -125,5 +131,9 @@ impl<R: Robot + ?Sized> Robot for &mut R {
 
     fn fault(&self) -> Option<String> {
         (**self).fault()
+    }
+
+    fn finish(&mut self) -> ControlFlow<()> {
+        (**self).finish()
     }
 }

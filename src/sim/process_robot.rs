@@ -30,6 +30,8 @@ pub(super) struct ProcessRobot {
     time_s: f64,
     state: State,
     radii_m: Vec<f64>,
+    /// Number of steps so far.
+    steps: u64,
     fault: Option<String>,
 }
 
@@ -85,7 +87,7 @@ impl ProcessRobot {
             obstacles: GridMessage::of_grid(&obstacles),
         }));
         let mut program = Program::start(&config.simulator, &first).map_err(failed)?;
-        let (state, radii_m) = step(&mut program, &Twist::STOP, 0.0).map_err(failed)?;
+        let (state, radii_m) = step(&mut program, 0, &Twist::STOP, 0.0).map_err(failed)?;
         Ok(Self {
             program,
             sender: ProtectedSender::new(config)?,
@@ -94,23 +96,26 @@ impl ProcessRobot {
             time_s: 0.0,
             state,
             radii_m,
+            steps: 1,
             fault: None,
         })
     }
 }
 
-/// Simulates a command for a time, seconds. Returns the state after it, and the radii of the moving obstacles.
+/// Simulates the step of a number, a command for a time, seconds. Returns the state after it, and the radii of the moving obstacles.
 fn step(
     program: &mut Program,
+    number: u64,
     command: &Twist,
     period_s: f64,
 ) -> Result<(State, Vec<f64>), String> {
     let Twist { linear, angular } = *command;
-    let answer = program.ask(&Request::Step(Step { period_s, linear, angular }), program.timeout);
+    let request = Request::Step(Step { step: number, period_s, linear, angular });
+    let answer = program.ask(&request, program.timeout);
     let state: SimulatedState = answer.map_err(|error| program.reason(error))?;
     let pose = |[x, y, yaw]: [f64; 3]| Pose::new(x, y, yaw);
     let twist = |[linear, angular]: [f64; 2]| Twist::new(linear, angular);
-    let SimulatedState { odometry, scan, pose: own, truth } = state;
+    let SimulatedState { odometry, scan, pose: own, truth, .. } = state;
     let radii_m = truth.moving.iter().map(|&[_, _, radius]| radius).collect();
     let state = State {
         odometry: OdometryReading { pose: pose(odometry.pose), twist: twist(odometry.twist) },
@@ -190,7 +195,9 @@ impl Robot for ProcessRobot {
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
         let command = self.sender.protected(command, self.time_s);
-        match step(&mut self.program, &command, period_s) {
+        let number = self.steps;
+        self.steps += 1;
+        match step(&mut self.program, number, &command, period_s) {
             Ok((state, radii_m)) if radii_m.len() == self.radii_m.len() => {
                 self.state = state;
                 ControlFlow::Continue(())
@@ -206,6 +213,16 @@ impl Robot for ProcessRobot {
 
     fn fault(&self) -> Option<String> {
         self.fault.clone()
+    }
+
+    fn finish(&mut self) -> ControlFlow<()> {
+        if self.fault.is_some() {
+            return ControlFlow::Break(());
+        }
+        match self.program.finish::<SimulatedState>() {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(reason) => self.stop(&reason),
+        }
     }
 }
 

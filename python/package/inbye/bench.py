@@ -32,7 +32,7 @@ def worlds(plan: PlanSource | None = None, **group: Any) -> list[_native.World]:
 def run(
     plan: PlanSource, controllers: Controllers | None = None, *, jobs: int = 1
 ) -> list[dict[str, Any]]:
-    """Run the cells of a plan, ``jobs`` at a time, and return the figures of each run.
+    """Run the cells of a plan, ``jobs`` (1 to 1024) at a time, and return the figures of each run.
 
     Each of ``controllers``, by its name, also drives every world and seed of the plan: a callable,
     an object with ``compute_velocity``, or a class of such objects, with one for each run. An

@@ -6,6 +6,13 @@ beams from the place of the lidar, counter-clockwise. Its action is speed and tu
 base clamps to its limits; the protective layer of the simulation stays below it. The reward is the
 progress along the first global path, metres, plus 10 at the goal and minus 10 at contact.
 
+A goal with a yaw is reached only when the robot stands in that direction too. The observation does
+not have this yaw: give goals without one, or add it, for example with a wrapper.
+
+All worlds of an environment must have the same lidar (beams, field of view, range, mount), control
+period and speed limits, because they share one observation space and one action space. Worlds of
+different kinds may differ in these settings: then set them alike with ``config``.
+
 Importing this module registers ``inbye/Scene-v0``, the built-in scenes, and ``inbye/Barn-v0`` and
 ``inbye/DynaBarn-v0``, which need ``path``, the folder of the benchmark's worlds.
 """

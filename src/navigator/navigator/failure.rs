@@ -39,6 +39,18 @@ impl Navigator {
         self.mode = Mode::Failed;
     }
 
+    /// Ends the mission of a robot that drives no further: its controller and its global planner end. Where their answers were not
+    /// valid, the mission has failed.
+    pub fn finish(&mut self) {
+        if self.fault.is_some() {
+            return;
+        }
+        let controller = self.controller.as_mut().map_or(Ok(()), ControllerHost::finish);
+        if let Err(fault) = controller.and_then(|()| self.replanner.finish()) {
+            self.fail(fault);
+        }
+    }
+
     /// Counts a command that the protective layer changed, by the name of its action. A robot that it holds fails for that reason.
     #[cfg(feature = "sim")]
     pub(crate) fn count_protection(&mut self, action: &'static str) {

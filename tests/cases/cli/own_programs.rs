@@ -10,7 +10,7 @@ use super::program::{Run, Workplace};
 const DRIVE: &str = "drive --map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu";
 
 /// A shell script that answers the first message, and each further one by these lines.
-fn script(place: &Workplace, name: &str, each: &str) {
+pub(super) fn script(place: &Workplace, name: &str, each: &str) {
     let lines = [
         "read -r first",
         r#"echo '{"protocol": 1, "name": "a script", "wants": []}'"#,
@@ -20,7 +20,7 @@ fn script(place: &Workplace, name: &str, each: &str) {
 }
 
 /// Runs the drive with more arguments; `'` encloses those with spaces.
-fn driven(place: &Workplace, more: &str) -> (i32, Value) {
+pub(super) fn driven(place: &Workplace, more: &str) -> (i32, Value) {
     let quoted = |(index, part): (usize, &str)| -> Vec<String> {
         let words = part.split_whitespace().map(str::to_owned);
         if index % 2 == 1 { vec![part.to_owned()] } else { words.collect() }
@@ -35,7 +35,7 @@ fn object(run: &Run) -> (i32, Value) {
     (run.status, object.unwrap_or_else(|error| panic!("{error}: {run:?}")))
 }
 
-fn text<'v>(object: &'v Value, name: &str) -> &'v str {
+pub(super) fn text<'v>(object: &'v Value, name: &str) -> &'v str {
     object[name].as_str().unwrap_or_else(|| panic!("{name} of {object}"))
 }
 
@@ -296,11 +296,14 @@ fn plan_has_the_path_of_the_program() {
     assert!(run.status == 2 && run.errors.iter().any(names_it), "{run:?}");
 }
 
+/// The state of a simulated robot at the start.
+pub(super) const STATE: &str = r#"{"odometry": {"pose": [1, 1.5, 0], "twist": [0, 0]}, "scan": {"angle_min": -3, "angle_increment": 0.1, "range_max": 9, "ranges": [1, null, 9]}, "truth": {"pose": [1, 1.5, 0], "twist": [0, 0], "contact": false}}"#;
+
 /// A simulator whose robot stands: it answers every step with the pose of the start.
 #[test]
 fn simulator_that_fails_ends_the_drive_with_its_reason() {
     let place = Workplace::with_room();
-    let state = r#"{"odometry": {"pose": [1, 1.5, 0], "twist": [0, 0]}, "scan": {"angle_min": -3, "angle_increment": 0.1, "range_max": 9, "ranges": [1, null, 9]}, "truth": {"pose": [1, 1.5, 0], "twist": [0, 0], "contact": false}}"#;
+    let state = STATE;
     place.write("state.json", format!("{state}\n"));
     script(&place, "stands.sh", "cat state.json; read -r message; cat state.json; exit 0");
     let (status, object) = driven(&place, "--simulator 'sh stands.sh'");

@@ -78,6 +78,13 @@ fn reuse() {
     // Two names of the same settings give one cell and two rows.
     let twice = PLAN.replace("[weights.paper]\n", "[weights.paper]\n[weights.too]\n");
     place.write("twice.toml", twice);
+    // The list has a line for each cell, with both names.
+    let listed = place.json("sweep twice.toml --list");
+    let cells = listed["cells"].as_array().expect("a list");
+    let names = |cell: &Value| [&cell["weights"], &cell["also"][0]["weights"]].map(Value::clone);
+    let shared = cells.iter().filter(|cell| names(cell) == ["paper", "too"]).count();
+    let alone = cells.iter().filter(|cell| cell.get("also").is_none()).count();
+    assert_eq!((cells.len(), shared, alone), (CELLS, CELLS / 2, CELLS / 2), "{listed}");
     let report = place.json("sweep twice.toml --out out");
     assert_eq!((&report["cells"], &report["driven"]), (&CELLS.into(), &0.into()));
     place.json("sweep merge out --report merged");
