@@ -98,6 +98,7 @@ fn run_over() {
     // This cylinder comes from the side and is slower than the robot. The robot does not see it, but could have left.
     let mut still = blind();
     still.robot.limits.max_vel_x = 0.01;
+    still.navigator.min_approach_linear_velocity = 0.01;
     still.robot.limits.min_vel_x = -2.0;
     let row = run(&world(vec![body(0.5, [3.0, 3.0], [3.0, -6.0], 9.0)]), &still);
     assert_eq!(
