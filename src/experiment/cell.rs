@@ -55,7 +55,9 @@ impl Cell {
     #[must_use]
     pub fn is_failed_by_machine(&self, row: &RunRow) -> bool {
         let is_sound = matches!(row.outcome, RunOutcome::Reached | RunOutcome::Contact);
-        let is_silent = || row.reason.as_ref().is_some_and(|reason| reason.contains(NO_ANSWER));
+        // After the program's name: a wrong answer is quoted, and comes again.
+        let silence = format!(": {NO_ANSWER} ");
+        let is_silent = || row.reason.as_ref().is_some_and(|reason| reason.contains(&silence));
         self.has_programs() && !is_sound && (row.ticks == 0 || is_silent())
     }
 

@@ -24,7 +24,7 @@ pub use line_of_sight::is_clear;
 pub use path::{Path, Projection};
 pub use path_clearance::PathClearance;
 pub use plan::{Plan, PlanningSpace, StageTimes, nearest_reachable, plan};
-pub(crate) use plan::{free_goal_cell, nearest_free, nearest_reachable_within};
+pub(crate) use plan::{free_goal_cell, nearest_free, nearest_reachable_within, too_near};
 pub use prune::prune;
 pub use search::{CellPath, NoPath, Searcher};
 pub use settings::{Pruning, SearchMethod, Settings};

@@ -178,13 +178,17 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
     Err(EndError::Occupied(if space.is_obstacle(cell) {
         format!("is in an obstacle: {hint}")
     } else {
-        let frame = space.frame();
-        let to_side = |at: i32, size: i32| at.min(size - 1 - at);
-        let to_edge = to_side(cell.column, frame.width).min(to_side(cell.row, frame.height));
-        let is_at_edge = f64::from(to_edge) * frame.resolution_m < radius_m;
-        let what = if is_at_edge { "the edge of the map" } else { "an obstacle" };
-        format!("is in a cell less than {radius_m:.3} m from {what}: {hint}")
+        format!("{}: {hint}", too_near(space.frame(), cell, radius_m))
     }))
+}
+
+/// What is wrong with a cell that is nearer than a distance, metres, to an obstacle or to the edge of the map.
+pub(crate) fn too_near(frame: &GridFrame, cell: Cell, radius_m: f64) -> String {
+    let to_side = |at: i32, size: i32| at.min(size - 1 - at);
+    let to_edge = to_side(cell.column, frame.width).min(to_side(cell.row, frame.height));
+    let is_at_edge = f64::from(to_edge) * frame.resolution_m < radius_m;
+    let what = if is_at_edge { "the edge of the map" } else { "an obstacle" };
+    format!("is in a cell less than {radius_m:.3} m from {what}")
 }
 
 /// Where a grid is in the map frame. The bounding box of a turned grid contains points that are off the grid.

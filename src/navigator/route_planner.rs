@@ -253,9 +253,10 @@ impl RoutePlanner {
             let hint = nearest.map_or_else(String::new, |Point { x, y }| {
                 format!("; the reachable point nearest to it is ({x:.3}, {y:.3})")
             });
+            let near = frame.cell_of(&place).map(|cell| global::too_near(&frame, cell, turning_m));
             let why = format!(
-                "is in a cell less than {turning_m:.3} m from an obstacle: the robot cannot turn there, and no path ends in a \
-                 direction in which it fits{hint}"
+                "{}: the robot cannot turn there, and no path ends in a direction in which it fits{hint}",
+                near.unwrap_or_default()
             );
             return PlanError::GoalOccupied { place, why };
         }
@@ -340,13 +341,12 @@ impl RoutePlanner {
             return error;
         };
         let cell = space.frame().cell_of(&place).filter(|cell| !space.is_obstacle(*cell));
-        if cell.is_none_or(|cell| self.stands_clear(obstacles, cell)) {
+        let Some(cell) = cell.filter(|cell| !self.stands_clear(obstacles, *cell)) else {
             return PlanError::StartOccupied { place, why };
-        }
-        let (radius_m, hint) = (self.inscribed_radius_m, nearest_free(space, &place));
-        let why = format!(
-            "is in a cell less than {radius_m:.3} m from an obstacle, too near for the robot at any yaw: {hint}"
-        );
+        };
+        let near = global::too_near(space.frame(), cell, self.inscribed_radius_m);
+        let hint = nearest_free(space, &place);
+        let why = format!("{near}, too near for the robot at any yaw: {hint}");
         PlanError::StartOccupied { place, why }
     }
 
