@@ -102,14 +102,34 @@ impl ScanHealth {
         } else if sum(|one| one.returns) >= MIN_EXPECTED_IN_ALL {
             self.blind_scans = 0;
         }
-        for (dark_scans, sector) in self.dark_scans.iter_mut().zip(&sectors) {
-            match sector.is_dark() {
+        let was_dark = self.dark_scans.map(|scans| scans > 0);
+        let judged = sectors.map(|sector| sector.is_dark());
+        for (dark_scans, (sector, is_dark)) in
+            self.dark_scans.iter_mut().zip(sectors.iter().zip(judged))
+        {
+            match is_dark {
                 Some(true) => *dark_scans += 1,
                 Some(false) => *dark_scans = 0,
                 // Beyond the field of view.
                 None if sector.beams == 0 => *dark_scans = 0,
                 // The lidar was not shown to see again.
                 None => {}
+            }
+        }
+        self.release(&was_dark, &judged);
+    }
+
+    /// Ends the darkness of sectors of which the scan shows nothing, such as the middle of an opening, where the sectors on both sides
+    /// of them see, and one of these was dark too: the cover is gone. A robot that stands still would wait for ever otherwise.
+    fn release(&mut self, was_dark: &[bool; SECTORS], judged: &[Option<bool>; SECTORS]) {
+        let at = |place: usize| place % SECTORS;
+        for before in (0..SECTORS).filter(|&sector| judged[sector] == Some(false)) {
+            let shows_nothing =
+                |step: &usize| judged[at(before + step)].is_none() && was_dark[at(before + step)];
+            let count = (1..SECTORS).take_while(shows_nothing).count();
+            let after = at(before + count + 1);
+            if judged[after] == Some(false) && (was_dark[before] || was_dark[after]) {
+                (1..=count).for_each(|step| self.dark_scans[at(before + step)] = 0);
             }
         }
     }

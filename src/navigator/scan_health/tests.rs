@@ -160,6 +160,26 @@ fn gap_that_hides_the_edges_of_a_long_roadway_is_blind() {
     assert!(!health.is_blind_towards(0.0));
 }
 
+/// The room has an opening ahead, through which the lidar sees no surface, and something stands before the walls beside it.
+#[test]
+fn opening_without_a_return_is_seen_again_with_both_its_sides() {
+    let mut known = room(8.0);
+    (30..50).for_each(|row| known.set(Cell::new(79, row), false));
+    let rays = RayCaster::new(&known);
+    let near = |returns: &dyn Fn(f64) -> bool| {
+        let mut seen = scan(returns, f64::INFINITY);
+        seen.ranges.iter_mut().filter(|range| range.is_finite()).for_each(|range| *range = 2.0);
+        seen
+    };
+    let covered = near(&|direction| direction.abs() > 0.7);
+    let mut health = after(DARK_SCANS, &covered, &known);
+    assert!(health.is_blind_towards(0.0) && health.fault().is_some());
+    health.update(&Pose::default(), &near(&|to| !(-0.26..0.7).contains(&to)), &rays);
+    assert!(health.is_blind_towards(0.0), "one side is still covered");
+    health.update(&Pose::default(), &near(&|direction| direction.abs() > 0.26), &rays);
+    assert_eq!((health.blind_sectors(), health.fault()), (0, None));
+}
+
 #[test]
 fn returns_in_a_hall_end_the_blindness_of_a_room() {
     let mut health = after(2, &scan(|_| false, f64::NAN), &room(8.0));
