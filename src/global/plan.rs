@@ -187,7 +187,7 @@ pub(crate) fn too_near(frame: &GridFrame, cell: Cell, radius_m: f64) -> String {
     let to_side = |at: i32, size: i32| at.min(size - 1 - at);
     let to_edge = to_side(cell.column, frame.width).min(to_side(cell.row, frame.height));
     let is_at_edge = f64::from(to_edge) * frame.resolution_m < radius_m;
-    let what = if is_at_edge { "the edge of the map" } else { "an obstacle" };
+    let what = if is_at_edge { "an obstacle or the edge of the map" } else { "an obstacle" };
     format!("is in a cell less than {radius_m:.3} m from {what}")
 }
 
