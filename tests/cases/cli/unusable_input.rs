@@ -94,7 +94,7 @@ fn start_and_goal_outside_map_or_in_obstacle_are_rejected() {
     let hall = "plan --map hall.txt --resolution 0.1 --goal 4,4 --start";
     let refusal = place.refusal(&format!("{hall} 0.25,3"));
     assert!(
-        refusal.contains("m from the edge of the map, too near for the robot at any yaw"),
+        refusal.contains("m from an obstacle or the edge of the map, too near for the robot"),
         "{refusal}"
     );
     let far = "plan --map mine.yaml --start 10,5 --goal 80,40 --radius 90";
