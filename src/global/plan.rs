@@ -184,9 +184,7 @@ fn free_cell(space: &FreeSpace, point: Point) -> Result<Cell, EndError> {
 
 /// What is wrong with a cell that is nearer than a distance, metres, to an obstacle or to the edge of the map.
 pub(crate) fn too_near(frame: &GridFrame, cell: Cell, radius_m: f64) -> String {
-    let to_side = |at: i32, size: i32| at.min(size - 1 - at);
-    let to_edge = to_side(cell.column, frame.width).min(to_side(cell.row, frame.height));
-    let is_at_edge = f64::from(to_edge) * frame.resolution_m < radius_m;
+    let is_at_edge = f64::from(frame.cells_to_edge(cell)) * frame.resolution_m < radius_m;
     let what = if is_at_edge { "an obstacle or the edge of the map" } else { "an obstacle" };
     format!("is in a cell less than {radius_m:.3} m from {what}")
 }

@@ -220,7 +220,7 @@ fn dilate(cells: &BitGrid, width: i32, height: i32, distance: f64) -> BitGrid {
         }
     }
     // The cells next to the edge, as far as those next to an obstacle.
-    let rim = (half_widths.len().saturating_sub(1) as i32).min(width.max(height));
+    let rim = half_widths.len().saturating_sub(1) as i32;
     let is_beside = |at: i32, size: i32| at < rim || at >= size - rim;
     let beside: Vec<bool> = (0..width).map(|column| is_beside(column, width)).collect();
     let sides = BitGrid::from_cells(width, 1, &beside);

@@ -148,6 +148,12 @@ impl GridFrame {
         inside.then(|| Cell::new(units.x as i32, units.y as i32))
     }
 
+    /// The smallest distance of a cell of the grid from the edge of the grid, cells: zero for a cell at the edge.
+    pub(crate) fn cells_to_edge(&self, cell: Cell) -> i32 {
+        let columns = cell.column.min(self.width - 1 - cell.column);
+        columns.min(cell.row).min(self.height - 1 - cell.row)
+    }
+
     /// The centre of a cell in the map frame. The cell may lie outside the grid.
     #[must_use]
     pub fn center_of(&self, cell: Cell) -> Point {

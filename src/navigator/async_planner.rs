@@ -62,7 +62,7 @@ impl<R> AsyncPlanner<R> {
             .spawn(move || {
                 let mut planner = planner;
                 work(&known, &mut *planner, &received, &done);
-                // Where nobody waits, the planner ends all the same.
+                // The planner ends also where no receiver waits.
                 let _ = end.send(planner.finish());
             })
             .map_err(|error| Fault::NoThread { reason: error.to_string() })?;
@@ -217,18 +217,20 @@ mod tests {
         assert!(reason == 2 && length_m < 4.1, "{reason}, {length_m}");
     }
 
-    /// A thread that never answers, as during a search of a large map.
+    /// A planner whose requests and answers a test handles in place of a thread.
+    fn without_thread(
+        requests: Sender<(u64, PlanRequest)>,
+        answers: Receiver<Answer>,
+    ) -> AsyncPlanner<i32> {
+        AsyncPlanner { requests: Some(requests), answers, ended: None, number: 0, pending: None }
+    }
+
+    /// No answer comes, as during a search of a large map.
     #[test]
     fn cancelling_does_not_wait_for_the_thread() {
         let (requests, _received) = channel();
         let (_done, answers) = channel();
-        let mut planner = AsyncPlanner {
-            requests: Some(requests),
-            answers,
-            ended: None,
-            number: 0,
-            pending: None,
-        };
+        let mut planner = without_thread(requests, answers);
         for reason in 0..3 {
             planner.request(request(vec![]), reason, 1.0);
             planner.cancel();
@@ -240,13 +242,7 @@ mod tests {
     fn answers_to_cancelled_requests_are_dropped_however_late_they_are() {
         let (requests, received) = channel();
         let (done, answers) = channel();
-        let mut planner = AsyncPlanner {
-            requests: Some(requests),
-            answers,
-            ended: None,
-            number: 0,
-            pending: None,
-        };
+        let mut planner = without_thread(requests, answers);
         planner.request(request(vec![DISC]), 1, 1.0);
         planner.cancel();
         planner.request(request(vec![]), 2, 1.0);

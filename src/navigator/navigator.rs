@@ -311,7 +311,10 @@ impl Navigator {
         let last = &self.base.last_command;
         let has_new_scan =
             match self.validator.validate(observation, last, limits, &self.settings, known) {
-                Ok(has_new_scan) => has_new_scan,
+                Ok(has_new_scan) => {
+                    self.faulty = FaultyTime::default();
+                    has_new_scan
+                }
                 Err(fault) => return self.brake_without_observation(fault),
             };
         if let Some(limits) = self.base.identify(observation) {

@@ -195,8 +195,6 @@ pub(super) struct ObservationValidator {
     frozen_scan: FrozenScan,
     /// In which directions the lidar sees.
     pub health: ScanHealth,
-    /// Number of faulty observations since the last valid one.
-    pub faults_in_a_row: u32,
     /// What is wrong with the last observation.
     pub fault: Option<ObservationFault>,
     /// Number of faulty observations by kind.
@@ -229,13 +227,11 @@ impl ObservationValidator {
         self.fault = validated.err();
         match validated {
             Ok(_) => {
-                self.faults_in_a_row = 0;
                 if self.health.blind_sectors() > 0 {
                     *self.counts.entry(ObservationFault::LidarPartlyBlind).or_default() += 1;
                 }
             }
             Err(fault) => {
-                self.faults_in_a_row += 1;
                 *self.counts.entry(fault).or_default() += 1;
             }
         }

@@ -119,8 +119,8 @@ impl ScanHealth {
         self.release(&was_dark, &judged);
     }
 
-    /// Ends the darkness of sectors of which the scan shows nothing, such as the middle of an opening, where the sectors on both sides
-    /// of them see, and one of these was dark too: the cover is gone. A robot that stands still would wait for ever otherwise.
+    /// Sectors in which the scan shows nothing, such as the middle of an opening, are no longer dark where the sectors on both sides of
+    /// them see and one of these was dark too: the cover is gone. Otherwise a robot that stands still would wait for ever.
     fn release(&mut self, was_dark: &[bool; SECTORS], judged: &[Option<bool>; SECTORS]) {
         let at = |place: usize| place % SECTORS;
         for before in (0..SECTORS).filter(|&sector| judged[sector] == Some(false)) {

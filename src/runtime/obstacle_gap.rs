@@ -69,10 +69,8 @@ impl ObstacleGap {
     /// grid.
     fn free_cells(&self, cell: Cell) -> f64 {
         let frame = self.obstacles.frame();
-        let columns = cell.column.min(frame.width - 1 - cell.column);
-        let rows = cell.row.min(frame.height - 1 - cell.row);
         let nearest = self.field.squared_cells()[frame.index(cell)];
-        DistanceField::free_cells(nearest).min(f64::from(columns.min(rows)))
+        DistanceField::free_cells(nearest).min(f64::from(frame.cells_to_edge(cell)))
     }
 
     /// Distance in cells between a polygon, in cell units, and the nearest solid square.

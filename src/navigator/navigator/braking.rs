@@ -29,19 +29,14 @@ impl FaultyTicks {
 }
 
 impl FaultyTime {
-    /// Counts a faulty observation, the first one in a row or not, with the control period and by what it was late, in seconds. Returns
-    /// the number of faulty ones if these have lasted for longer than the settings permit. A lost robot has more patience, which a
-    /// single late scan does not end.
+    /// Counts a faulty observation with the control period and by what it was late, in seconds. Returns the number of faulty ones if
+    /// these have lasted for longer than the settings permit. A lost robot has more patience, which a single late scan does not end.
     fn lasts(
         &mut self,
         fault: ObservationFault,
-        is_first: bool,
         (period_s, late_s): (f64, f64),
         settings: &NavigatorSettings,
     ) -> Option<u32> {
-        if is_first {
-            *self = Self::default();
-        }
         self.all.add(late_s);
         let (ticks, patience_s) = match fault {
             ObservationFault::Lost(_)
@@ -80,10 +75,8 @@ impl Navigator {
         decision.mode = Mode::SensorFault;
         // After a jump of the clock, the time before it says nothing about how long the fault has lasted.
         let late_s = if fault == ObservationFault::ClockJump { 0.0 } else { self.tick.late_s() };
-        let is_first = self.validator.faults_in_a_row == 1;
-        if let Some(count) =
-            self.faulty.lasts(fault, is_first, (self.tick.period_s(), late_s), &self.settings)
-        {
+        let times_s = (self.tick.period_s(), late_s);
+        if let Some(count) = self.faulty.lasts(fault, times_s, &self.settings) {
             self.fail(Fault::FaultyObservation { fault, count });
             decision.mode = Mode::Failed;
         }
@@ -105,9 +98,8 @@ mod tests {
     /// After how many faulty observations in a row of each 0.1 s a mission ends: of these kinds in turn.
     fn ends_after(faults: &[ObservationFault]) -> Option<usize> {
         let (settings, mut faulty) = (NavigatorSettings::default(), FaultyTime::default());
-        let turns = faults.iter().cycle().take(2000).enumerate();
-        let mut lasts =
-            turns.map(|(number, fault)| faulty.lasts(*fault, number == 0, (0.1, 0.0), &settings));
+        let turns = faults.iter().cycle().take(2000);
+        let mut lasts = turns.map(|fault| faulty.lasts(*fault, (0.1, 0.0), &settings));
         lasts.position(|lasting| lasting.is_some()).map(|number| number + 1)
     }
 

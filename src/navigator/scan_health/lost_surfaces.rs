@@ -19,8 +19,9 @@ const BESIDE_M: f64 = 0.1;
 /// The ends of beams on surfaces that the last scan showed or that were lost before.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LostSurfaces {
-    /// In the map frame: those of the last scan, and lost ones.
+    /// Those of the last scan, in the map frame.
     seen: Vec<Point>,
+    /// Those that were lost, in the map frame, the newest last.
     lost: Vec<Point>,
     /// For each beam of the last scan, whether it goes to a lost end; empty without any.
     hides: Vec<bool>,
@@ -35,9 +36,8 @@ impl LostSurfaces {
         self.lost.append(&mut self.seen);
         self.lost.retain(|end| !sees_all && is_lost(end, &lidar, (pose, scan)));
         // The newest are enough for all beams.
-        let surplus = self.lost.len().saturating_sub(scan.ranges.len());
-        self.lost.drain(..surplus);
         let count = scan.ranges.len();
+        self.lost.drain(..self.lost.len().saturating_sub(count));
         self.hides.clear();
         self.hides.resize(if self.lost.is_empty() { 0 } else { count }, false);
         for end in &self.lost {
