@@ -38,6 +38,7 @@ mod scan_health;
 mod scan_visibility;
 mod settings;
 mod speed_limits;
+mod staging;
 mod state;
 mod stuck_ticks;
 #[cfg(test)]

@@ -23,6 +23,7 @@ use super::occlusion::standing_room;
 use super::progress::Progress;
 use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
+use super::staging::StagingSearch;
 use super::state::{Measured, PredictedState, RobotModel, State};
 use super::stuck_ticks::StuckTicks;
 use super::visible_space::VisibleSpace;
@@ -104,9 +105,6 @@ impl Navigator {
         settings.validate().map_err(|error| error.in_table("navigator"))?;
         let map = map.into();
         let closed = map.closed();
-        let (queue, plan) = WaypointQueue::planned(waypoints, |from, to| {
-            checked_plan(&mut *global_planner, &closed, &[], [from, to], clock)
-        })?;
         let period_s = planner.settings().control_period_s;
         let is_tracking = settings.features.tracking;
         let new_model =
@@ -117,6 +115,16 @@ impl Navigator {
         let standing_room = standing_room(&map.obstacles, &settings);
         let zones = map.zones.clone();
         let mut obstacles = new_model(map);
+        let search = StagingSearch {
+            obstacles: &obstacles,
+            closed: &closed,
+            robot: &robot,
+            settings: &settings,
+            least_radius_m: global_planner.least_radius_m(),
+        };
+        let (queue, plan) = WaypointQueue::planned(waypoints, &search, |from, to| {
+            checked_plan(&mut *global_planner, &closed, &[], [from, to], clock)
+        })?;
         check_yaws(&waypoints.goals, &obstacles, &robot, &settings)?;
         let window_half_m = window_half_m(&settings, planner.settings(), &robot);
         let ground = (&obstacles, window_half_m);
@@ -200,7 +208,7 @@ impl Navigator {
     /// The goal that the robot drives to or stands at.
     #[must_use]
     pub const fn goal(&self) -> &Goal {
-        &self.waypoints.goal
+        self.waypoints.goal()
     }
 
     /// Number of goals that the robot has left behind.
@@ -212,7 +220,7 @@ impl Navigator {
     /// Length of the path ahead, metres.
     #[must_use]
     pub fn distance_left_m(&self) -> f64 {
-        self.route.left_m()
+        self.route.left_m() + self.waypoints.beyond_target_m()
     }
 
     /// Obstacles that are not in the map.
@@ -401,6 +409,7 @@ impl Navigator {
             last_command: &self.base.last_command,
             field: &field,
             is_narrow: self.is_narrow,
+            leading_end: self.waypoints.leading_end(),
             slim: &self.slim,
             inflated: InflatedBodies::new(
                 cover,
@@ -412,7 +421,7 @@ impl Navigator {
             ),
             visible: VisibleSpace { pose: observation.pose, scan: &observation.scan, health },
             standing_room: self.standing_room.as_ref(),
-            goal: &self.waypoints.goal,
+            goal: self.waypoints.target(),
             route: &self.route,
             off_path_m,
             local_target: robot,
@@ -451,6 +460,8 @@ impl Navigator {
                 self.replanner.request(&state, &self.obstacles);
             }
         }
+        let may_stage = self.waypoints.may_stage() && self.controller.is_none();
+        let reverses = may_stage.then(|| state.limits_in_sight().min_vel_x < 0.0);
         let decided = match &mut self.controller {
             Some(host) => {
                 if has_new_route {
@@ -468,10 +479,7 @@ impl Navigator {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }
         self.stuck_ticks.count(decision.mode);
-        if decision.mode == Mode::Arrived && self.waypoints.has_next() {
-            self.waypoints.pause_until_s = now.time_s + self.settings.waypoint_pause_s;
-            decision.mode = Mode::AtWaypoint;
-        }
+        decision.mode = self.mode_after(decision.mode, now, reverses);
         Ok(decision)
     }
 

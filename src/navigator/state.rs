@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
 use super::passive_safety::PassiveSafety;
+use super::staging::LeadingEnd;
 use super::visible_space::VisibleSpace;
 use super::{Decision, Goal, Mode, NavigatorSettings, Route};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
@@ -187,6 +188,8 @@ pub(super) struct State<'a> {
     pub field: &'a Arc<ClearanceField>,
     /// Whether the robot was in a narrow passage, or near one, at the last tick.
     pub is_narrow: bool,
+    /// The end of the robot that drives ahead: its tail where it cannot turn at its goal.
+    pub leading_end: LeadingEnd,
     /// The robot with the discs of narrow passages.
     pub slim: &'a Footprint,
     /// The footprint and the moving obstacles with their margins.

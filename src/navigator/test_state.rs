@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
 use super::scan_health::ScanHealth;
+use super::staging::LeadingEnd;
 use super::state::{PredictedState, RobotModel, State};
 use super::visible_space::VisibleSpace;
 use super::{Goal, Mode, NavigatorSettings, Route, RoutePlanner};
@@ -47,6 +48,7 @@ pub(super) fn with_state<R>(
         measured: &measured,
         last_command: &last_command,
         is_narrow: false,
+        leading_end: LeadingEnd::Nose,
         slim: &robot.footprint,
         inflated: InflatedBodies::new(
             &robot.footprint,

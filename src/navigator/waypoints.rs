@@ -1,5 +1,6 @@
 //! Goals of a mission, one after the other.
 
+use super::staging::{LeadingEnd, Staging, StagingSearch};
 use crate::geometry::Point;
 use crate::global::{Plan, PlanError};
 use crate::settings::{SettingError, require};
@@ -39,14 +40,33 @@ pub struct Waypoints {
 /// The present goal, and those after it with the plans that lead there.
 #[derive(Clone, Debug)]
 pub(super) struct WaypointQueue {
-    /// The goal that the robot drives to or stands at.
-    pub goal: Goal,
-    /// Number of goals before that.
+    /// Number of goals before the present one.
     pub passed: usize,
     /// End of the pause at the present goal, seconds.
     pub pause_until_s: f64,
+    goal: Goal,
+    stage: Stage,
     /// The next one last.
-    ahead: Vec<(Goal, Plan)>,
+    ahead: Vec<Leg>,
+}
+
+/// The way to a goal from the one before.
+#[derive(Clone, Debug)]
+struct Leg {
+    goal: Goal,
+    plan: Plan,
+    staging: Option<Staging>,
+}
+
+/// Part of the way to a goal.
+#[derive(Clone, Debug)]
+enum Stage {
+    /// To the goal, by the direct plan. The leg has just begun, and the robot may drive by the staging pose instead.
+    Begun(Option<Staging>),
+    /// To the staging pose.
+    ToStaging(Staging),
+    /// To the goal.
+    ToGoal(LeadingEnd),
 }
 
 impl WaypointQueue {
@@ -57,23 +77,56 @@ impl WaypointQueue {
     /// Where there is no path to a goal, or its yaw is not finite.
     pub fn planned(
         waypoints: &Waypoints,
+        search: &StagingSearch<'_>,
         mut plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
     ) -> Result<(Self, Plan), PlanError> {
         let mut ahead = Vec::with_capacity(waypoints.goals.len());
         let mut from = waypoints.start;
         for goal in &waypoints.goals {
             goal.check_yaw()?;
-            ahead.push((*goal, plan(from, goal.position)?));
+            let direct = plan(from, goal.position)?;
+            let staging = search.find(goal, &direct, &mut plan);
+            ahead.push(Leg { goal: *goal, plan: direct, staging });
             from = goal.position;
         }
         ahead.reverse();
         // Without a goal the robot stays where it is.
-        let (goal, first) = match ahead.pop() {
+        let first = match ahead.pop() {
             Some(next) => next,
-            None => (Goal::at(from), plan(from, from)?),
+            None => Leg { goal: Goal::at(from), plan: plan(from, from)?, staging: None },
         };
-        let queue = Self { goal, passed: 0, ahead, pause_until_s: f64::NEG_INFINITY };
-        Ok((queue, first))
+        let Leg { goal, plan, staging } = first;
+        let stage = Stage::Begun(staging);
+        Ok((Self { goal, stage, passed: 0, ahead, pause_until_s: f64::NEG_INFINITY }, plan))
+    }
+
+    /// The goal that the robot drives to or stands at.
+    pub const fn goal(&self) -> &Goal {
+        &self.goal
+    }
+
+    /// Where the robot drives to at present: its goal, or the staging pose of its goal.
+    pub const fn target(&self) -> &Goal {
+        match &self.stage {
+            Stage::ToStaging(staging) => &staging.pose,
+            _ => &self.goal,
+        }
+    }
+
+    /// Length of the way from the present target to the goal, metres.
+    pub fn beyond_target_m(&self) -> f64 {
+        match &self.stage {
+            Stage::ToStaging(staging) => staging.to_goal.smoothed.length_m(),
+            _ => 0.0,
+        }
+    }
+
+    /// How the robot drives to its target.
+    pub const fn leading_end(&self) -> LeadingEnd {
+        match self.stage {
+            Stage::ToGoal(leading_end) => leading_end,
+            Stage::Begun(_) | Stage::ToStaging(_) => LeadingEnd::Nose,
+        }
     }
 
     /// Whether another goal follows.
@@ -86,9 +139,41 @@ impl WaypointQueue {
         if now_s < self.pause_until_s {
             return None;
         }
-        let (goal, plan) = self.ahead.pop()?;
-        self.goal = goal;
+        let Leg { goal, plan, staging } = self.ahead.pop()?;
+        (self.goal, self.stage) = (goal, Stage::Begun(staging));
         self.passed += 1;
+        Some(plan)
+    }
+
+    /// Whether a leg has just begun, and the robot may drive by a staging pose.
+    pub const fn may_stage(&self) -> bool {
+        matches!(self.stage, Stage::Begun(Some(_)))
+    }
+
+    /// Decides once, when a leg has just begun, whether a robot with this yaw, radians, drives by the staging pose; returns the plan to
+    /// there. A robot that does not see behind it, `reverses` is false, cannot drive tail first.
+    pub fn choose(&mut self, yaw: f64, reverses: bool) -> Option<Plan> {
+        let Stage::Begun(staging) = &mut self.stage else {
+            return None;
+        };
+        let possible =
+            staging.take().filter(|staging| reverses || staging.leading_end == LeadingEnd::Nose);
+        let Some(staging) = possible.filter(|staging| staging.is_needed(yaw)) else {
+            self.stage = Stage::ToGoal(LeadingEnd::Nose);
+            return None;
+        };
+        let plan = staging.to_pose.clone();
+        self.stage = Stage::ToStaging(staging);
+        Some(plan)
+    }
+
+    /// Goes on from the staging pose to the goal, and returns the plan; `None` elsewhere.
+    pub fn leave_staging(&mut self) -> Option<Plan> {
+        let Stage::ToStaging(Staging { to_goal, leading_end, .. }) = &self.stage else {
+            return None;
+        };
+        let (plan, leading_end) = (to_goal.clone(), *leading_end);
+        self.stage = Stage::ToGoal(leading_end);
         Some(plan)
     }
 }

@@ -25,7 +25,7 @@ pub struct Disc {
 /// themselves where no polygon is given.
 ///
 /// In a file it is one of these:
-/// - the corners of the body as in Nav2, `[[0.35, 0.25], [0.35, -0.25], ...]`, which up to 8 discs then cover;
+/// - the corners of the body, `[[0.35, 0.25], [0.35, -0.25], ...]`, or a text with them as in Nav2, which up to 8 discs then cover;
 /// - discs, `[{ x = 0.0, y = 0.0, radius = 0.3 }]`;
 /// - both, `{ body = [[0.35, 0.25], ...], discs = [{ x = 0.0, y = 0.0, radius = 0.5 }] }`.
 #[derive(Clone, Debug, PartialEq)]
@@ -272,6 +272,16 @@ impl<'de> Visitor<'de> for FootprintVisitor {
 
     fn expecting(&self, formatter: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         formatter.write_str("a list of discs, or of the body's corners")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Footprint, E> {
+        let corners: Result<Vec<Point>, _> = serde_json::from_str(text);
+        let corners = corners.map_err(|_| {
+            E::custom(format!(
+                "{text:?} is no list of corners such as \"[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]\""
+            ))
+        })?;
+        Polygon::new(corners).map(Footprint::covering).map_err(Error::custom)
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut list: A) -> Result<Footprint, A::Error> {

@@ -103,7 +103,8 @@ fn footprint_schema() -> serde_json::Value {
         "required": ["body", "discs"],
         "additionalProperties": false,
     });
-    json!({ "anyOf": [corners, discs, both] })
+    let text = json!({ "type": "string" });
+    json!({ "anyOf": [corners, text, discs, both] })
 }
 
 settings! {

@@ -3,6 +3,7 @@
 use core::f64::consts::{FRAC_PI_2, PI};
 use std::borrow::Cow;
 
+use super::super::staging::LeadingEnd;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal};
@@ -100,7 +101,8 @@ struct View<'a> {
 }
 
 impl<'a> View<'a> {
-    /// The robot drives backwards where its target is behind it in a narrow passage. Where it can, it has rotated before.
+    /// The robot drives backwards on a way that it drives tail first, and where its target is behind it in a narrow passage. Where it
+    /// can, it has rotated before.
     fn new(state: &'a State<'_>) -> Self {
         let footprint = &state.inflated.footprint;
         let forwards = Self {
@@ -111,7 +113,8 @@ impl<'a> View<'a> {
             base: state.robot.limits,
             footprint: Cow::Borrowed(footprint),
         };
-        if !state.is_narrow || state.heading_error.abs() <= FRAC_PI_2 {
+        let is_behind = state.is_narrow && state.heading_error.abs() > FRAC_PI_2;
+        if !is_behind && state.leading_end == LeadingEnd::Nose {
             return forwards;
         }
         let base = state.limits_in_sight();

@@ -1,12 +1,13 @@
 //! Rotates in place towards the local target where there is room for it.
 
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 
 use super::super::exact_clearance::ExactClearance;
+use super::super::staging::LeadingEnd;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal};
-use crate::geometry::{Pose, Twist};
+use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::robot::Limits;
 
 /// A robot above this speed does not begin to rotate in place, m/s.
@@ -35,7 +36,7 @@ impl Behaviour for RotateInPlace {
         let settings = state.settings;
         let is_rotating = state.mode == Mode::Rotating;
         let from = if is_rotating { self.until } else { settings.rotate_in_place_from };
-        if !settings.features.recovery || state.heading_error.abs() <= from {
+        if !settings.features.recovery || aiming_error(state).abs() <= from {
             return Ok(None);
         }
         let Some(angle) = clear_rotation(state) else {
@@ -48,7 +49,7 @@ impl Behaviour for RotateInPlace {
         let rotation = decision(state, angle);
         // Where people forbid the rotation, the robot may still drive to its target, unless it faces away from it.
         if rotation.command == Twist::STOP
-            && state.heading_error.abs() <= settings.rotate_in_place_from
+            && aiming_error(state).abs() <= settings.rotate_in_place_from
         {
             return Ok(None);
         }
@@ -75,8 +76,8 @@ impl RotateInPlace {
     ) -> Option<Decision> {
         let may_rotate = state.settings.features.recovery
             && allowed == Override::ByEvasionOrRotation
-            && state.heading_error.abs() > CREEPING_UNTIL
-            && command.angular * state.heading_error >= 0.0;
+            && aiming_error(state).abs() > CREEPING_UNTIL
+            && command.angular * aiming_error(state) >= 0.0;
         if !may_rotate {
             return None;
         }
@@ -86,6 +87,14 @@ impl RotateInPlace {
         }
         self.proposed_until = CREEPING_UNTIL;
         Some(rotation)
+    }
+}
+
+/// Angle from the end of the robot that drives ahead, its nose or its tail, to the local target, radians.
+fn aiming_error(state: &State<'_>) -> f64 {
+    match state.leading_end {
+        LeadingEnd::Nose => state.heading_error,
+        LeadingEnd::Tail => wrap_angle(state.heading_error + PI),
     }
 }
 
@@ -121,7 +130,7 @@ fn clear_rotation(state: &State<'_>) -> Option<f64> {
                 && state.inflated.is_clear_of_moving(&there, time_s)
         })
     };
-    let angle = state.heading_error;
+    let angle = aiming_error(state);
     [angle, angle - TAU.copysign(angle)].into_iter().find(is_clear)
 }
 

@@ -2,9 +2,10 @@
 
 use super::Navigator;
 use crate::geometry::Point;
+use crate::global::Plan;
 use crate::navigator::controller_host::ControllerHost;
 use crate::navigator::no_path::NoPath;
-use crate::navigator::state::State;
+use crate::navigator::state::{PredictedState, State};
 use crate::navigator::{Fault, Mode, Route};
 
 impl Navigator {
@@ -15,15 +16,44 @@ impl Navigator {
     /// Starts the next leg when the pause is over.
     pub(super) fn leave_waypoint(&mut self, now_s: f64) {
         if let Some(plan) = self.waypoints.next(now_s) {
-            self.replanner.start_leg();
-            self.route = Route::new(&plan, &self.settings);
-            self.plans.push(plan);
-            self.restart_progress();
+            self.follow(plan);
             if let Some(host) = &mut self.controller {
                 host.start_leg(&self.route.path);
             }
             self.mode = Mode::Driving;
         }
+    }
+
+    /// The mode after a decision in this mode. A leg that has just begun may lead by a staging pose: `reverses` is then whether the robot
+    /// may drive tail first. A robot that has come to a staging pose or to a stop goes on.
+    pub(super) fn mode_after(
+        &mut self,
+        mode: Mode,
+        now: &PredictedState,
+        reverses: Option<bool>,
+    ) -> Mode {
+        let staging = reverses.and_then(|reverses| self.waypoints.choose(now.pose.yaw, reverses));
+        staging.into_iter().for_each(|plan| self.follow(plan));
+        if mode != Mode::Arrived {
+            return mode;
+        }
+        if let Some(plan) = self.waypoints.leave_staging() {
+            self.follow(plan);
+            return Mode::Parking;
+        }
+        if !self.waypoints.has_next() {
+            return Mode::Arrived;
+        }
+        self.waypoints.pause_until_s = now.time_s + self.settings.waypoint_pause_s;
+        Mode::AtWaypoint
+    }
+
+    /// Begins to follow the plan to another target.
+    pub(super) fn follow(&mut self, plan: Plan) {
+        self.replanner.start_leg();
+        self.route = Route::new(&plan, &self.settings);
+        self.plans.push(plan);
+        self.restart_progress();
     }
 
     /// Ends the mission. Distances in the reason are to the present goal, which may be a stop on the way.
@@ -68,7 +98,7 @@ impl Navigator {
     /// The fault of a robot that made no progress for this long, seconds.
     pub(super) fn why_stuck(&self, stuck_s: f64, state: &State<'_>) -> Fault {
         // A robot that strayed may be far from the end of its path.
-        let straight_m = (self.waypoints.goal.position - state.now.pose.position()).norm();
+        let straight_m = (self.goal().position - state.now.pose.position()).norm();
         let left_m = self.route.left_m().max(straight_m);
         let people = match &self.replanner.no_path {
             Some(NoPath::Static(error)) => return Fault::Plan(error.clone()),

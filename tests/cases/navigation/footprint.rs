@@ -200,6 +200,8 @@ fn settings_file_takes_corners_or_discs_or_both() {
     };
     let corners = "[[0.35, 0.25], [0.35, -0.25], [-0.35, -0.25], [-0.35, 0.25]]";
     assert_eq!(parse(corners).expect("corners"), Config::default().robot.footprint);
+    let text = parse(&format!("\"{corners}\"")).expect("a text, as in Nav2");
+    assert_eq!(text, Config::default().robot.footprint);
     let discs = "[{ x = 0.0, y = 0.0, radius = 0.44 }]";
     let round = parse(discs).expect("a disc");
     assert_eq!(round.body(), None);
@@ -215,6 +217,7 @@ fn settings_file_takes_corners_or_discs_or_both() {
         assert_eq!(toml::from_str::<Config>(&text).expect("the same file"), config);
     }
     for (footprint, words) in [
+        ("\"[[0.3, 0.2], [0.3, -0.2]\"".to_owned(), "is no list of corners"),
         // The discs of earlier versions: the corners of the body are 40 mm outside.
         (
             format!(

@@ -1,0 +1,166 @@
+//! The staging pose of a goal: where a robot turns before it drives to a place where it cannot turn to the yaw of its goal.
+//!
+//! In a passage that the robot fits only lengthwise, the yaw with which it arrives follows from how it drives in: nose first or tail
+//! first. It chooses that at the nearest place with room to turn, in front of the goal or beyond it.
+
+use core::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use super::exact_clearance::ExactClearance;
+use super::narrow_passages::NarrowPassages;
+use super::{Goal, NavigatorSettings, ObstacleModel, RobotModel};
+use crate::geometry::{Point, Pose, bearing, wrap_angle};
+use crate::global::{BodySpace, Path, Plan, PlanError};
+use crate::map::{FreeSpace, ObstacleGrid};
+
+/// Angle between two checked yaws of a turn at the goal, radians, and distance between two checked places of a path, metres.
+const STEP_RAD: f64 = 0.1;
+const STEP_M: f64 = 0.1;
+/// Length of a path over which its direction is measured, metres.
+const HEADING_M: f64 = 0.25;
+
+/// The end of a robot that drives ahead.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum LeadingEnd {
+    Nose,
+    Tail,
+}
+
+/// The way to a goal by its staging pose.
+#[derive(Clone, Debug)]
+pub(super) struct Staging {
+    /// The staging pose.
+    pub pose: Goal,
+    /// The plan to there.
+    pub to_pose: Plan,
+    /// The plan from there to the goal.
+    pub to_goal: Plan,
+    /// How the robot drives that plan.
+    pub leading_end: LeadingEnd,
+    direct: DirectWay,
+}
+
+/// How a robot arrives that drives to the goal directly.
+#[derive(Clone, Copy, Debug)]
+struct DirectWay {
+    /// Direction in which it begins, radians.
+    heading: f64,
+    /// Whether the robot has room to turn somewhere on it. It then arrives nose first.
+    has_room_to_turn: bool,
+    /// Whether a robot that arrives nose first, or tail first, can turn to the yaw of the goal.
+    fits_nose_first: bool,
+    fits_tail_first: bool,
+}
+
+impl Staging {
+    /// Whether a robot that starts with a yaw, radians, would arrive on the direct way so that it cannot turn to the yaw of the goal.
+    pub fn is_needed(&self, yaw: f64) -> bool {
+        let way = &self.direct;
+        let faces_away = wrap_angle(way.heading - yaw).abs() > FRAC_PI_2;
+        let arrives_tail_first = faces_away && !way.has_room_to_turn;
+        !(if arrives_tail_first { way.fits_tail_first } else { way.fits_nose_first })
+    }
+}
+
+/// Searches staging poses on a map.
+pub(super) struct StagingSearch<'a> {
+    pub obstacles: &'a ObstacleModel,
+    /// Where no path leads: obstacles of the map and closed zones.
+    pub closed: &'a ObstacleGrid,
+    pub robot: &'a RobotModel,
+    pub settings: &'a NavigatorSettings,
+    /// The least distance of paths from obstacles, metres, but for narrow passages.
+    pub least_radius_m: f64,
+}
+
+impl StagingSearch<'_> {
+    /// The staging pose of a goal to which this plan leads directly; `None` where the robot needs none, however it arrives, or
+    /// there is none. `plan` plans from one place to another.
+    pub fn find(
+        &self,
+        goal: &Goal,
+        direct: &Plan,
+        mut plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
+    ) -> Option<Staging> {
+        let Self { closed, robot, least_radius_m, .. } = *self;
+        let yaw = goal.yaw?;
+        // A robot that is there already has the yaw that it starts with.
+        let is_there = direct.smoothed.length_m() <= self.settings.xy_goal_tolerance;
+        let (heading, arrival) = if is_there { (yaw, yaw) } else { headings(&direct.smoothed) };
+        let fits = |arrival: f64| self.can_turn(&goal.position, arrival, yaw);
+        let (fits_nose_first, fits_tail_first) = (fits(arrival), fits(arrival + PI));
+        if fits_nose_first && fits_tail_first {
+            return None;
+        }
+        let frame = *closed.frame();
+        let wide = FreeSpace::new(closed, least_radius_m);
+        let is_wide = |place: &Point| frame.cell_of(place).is_some_and(|cell| wide.is_free(cell));
+        let has_room_to_turn = direct.smoothed.samples(STEP_M).any(|place| is_wide(&place));
+        if fits_nose_first && has_room_to_turn {
+            return None;
+        }
+        let passages = NarrowPassages::new(
+            &robot.footprint,
+            self.settings,
+            frame.resolution_m,
+            least_radius_m,
+        )?;
+        let [whole, narrow] = passages.spaces(closed, &[]);
+        let from = frame.cell_of(&goal.position).filter(|&cell| narrow.is_free(cell))?;
+        let mut is_seen = vec![false; frame.len()];
+        let mut near = narrow.flood(from, &mut is_seen).map(|(cell, _)| cell);
+        let place = frame.center_of(near.find(|&cell| wide.is_free(cell))?);
+        let start = *direct.smoothed.points().first()?;
+        let (to_pose, to_goal) = (plan(start, place).ok()?, plan(place, goal.position).ok()?);
+        let (leaves, arrival) = headings(&to_goal.smoothed);
+        let turned: Vec<Point> = passages.discs.iter().map(|at| Point::new(-at.x, -at.y)).collect();
+        let backwards = BodySpace {
+            discs: &turned,
+            radius_m: passages.radius_m,
+            whole: &whole,
+            narrow: &narrow,
+            wide: &wide,
+        };
+        let can_reverse =
+            robot.limits.min_vel_x < 0.0 && backwards.fits_along(to_goal.smoothed.points());
+        let is_tail_first = !fits(arrival);
+        if is_tail_first && !(can_reverse && fits(arrival + PI)) {
+            return None;
+        }
+        let leaving_yaw = wrap_angle(if is_tail_first { leaves + PI } else { leaves });
+        let pose = Goal { position: place, yaw: Some(leaving_yaw) };
+        let direct = DirectWay { heading, has_room_to_turn, fits_nose_first, fits_tail_first };
+        let leading_end = if is_tail_first { LeadingEnd::Tail } else { LeadingEnd::Nose };
+        Some(Staging { pose, to_pose, to_goal, leading_end, direct })
+    }
+
+    /// Whether the body of a robot at a place has room to turn from one yaw to another, or to within the tolerance of it, radians: one
+    /// that is within the safety margin must only come no nearer to an obstacle.
+    fn can_turn(&self, place: &Point, from: f64, to: f64) -> bool {
+        let (footprint, settings) = (&self.robot.footprint, self.settings);
+        let reach_m = footprint.body_radius_m() + settings.safety_margin_m;
+        // A window that is too large is an error of the first decision.
+        let Ok(field) = self.obstacles.window(place, reach_m) else {
+            return true;
+        };
+        let clearance = ExactClearance::new(&field, place, reach_m);
+        let at = |yaw: f64| Pose::new(place.x, place.y, yaw);
+        let kept_m = settings.safety_margin_m.min(clearance.gap_m(footprint, &at(from)));
+        let shorter = wrap_angle(to - from);
+        [shorter, shorter - TAU.copysign(shorter)].into_iter().any(|turn| {
+            let needed = (turn.abs() - settings.yaw_goal_tolerance).max(0.0).copysign(turn);
+            let steps = (needed.abs() / STEP_RAD).ceil().max(1.0);
+            (1..=steps as u32).all(|step| {
+                let yaw = from + needed * f64::from(step) / steps;
+                clearance.keeps_gap(footprint, &at(yaw), kept_m)
+            })
+        })
+    }
+}
+
+/// The directions of a path at its start and at its end, radians. The very first and last points may lie beside its direction, where it
+/// joins the centres of cells.
+fn headings(path: &Path) -> (f64, f64) {
+    let length_m = path.length_m();
+    let between = |from_m: f64, to_m: f64| bearing(&path.point_at(from_m), &path.point_at(to_m));
+    (between(0.0, HEADING_M), between(length_m - HEADING_M, length_m))
+}
