@@ -15,6 +15,8 @@ use crate::map::{FreeSpace, ObstacleGrid};
 /// Angle between two checked yaws of a turn at the goal, radians, and distance between two checked places of a path, metres.
 const STEP_RAD: f64 = 0.1;
 const STEP_M: f64 = 0.1;
+/// Most places that are tried, at least the radius of the body apart.
+const MAX_PLACES: usize = 4;
 /// Length of a path over which its direction is measured, metres.
 const HEADING_M: f64 = 0.25;
 
@@ -84,7 +86,7 @@ impl StagingSearch<'_> {
         let Self { closed, robot, least_radius_m, .. } = *self;
         let yaw = goal.yaw?;
         // A robot that is there already has the yaw that it starts with.
-        let is_there = direct.smoothed.length_m() <= self.settings.xy_goal_tolerance;
+        let is_there = direct.smoothed.length_m() <= robot.footprint.body_radius_m();
         let (heading, arrival) = if is_there { (yaw, yaw) } else { headings(&direct.smoothed) };
         let fits = |arrival: f64| self.can_turn(&goal.position, arrival, yaw);
         let (fits_nose_first, fits_tail_first) = (fits(arrival), fits(arrival + PI));
@@ -94,10 +96,12 @@ impl StagingSearch<'_> {
         let frame = *closed.frame();
         let wide = FreeSpace::new(closed, least_radius_m);
         let is_wide = |place: &Point| frame.cell_of(place).is_some_and(|cell| wide.is_free(cell));
-        let has_room_to_turn = direct.smoothed.samples(STEP_M).any(|place| is_wide(&place));
+        let has_room_to_turn =
+            !is_there && direct.smoothed.samples(STEP_M).any(|place| is_wide(&place));
         if fits_nose_first && has_room_to_turn {
             return None;
         }
+        let direct_way = DirectWay { heading, has_room_to_turn, fits_nose_first, fits_tail_first };
         let passages = NarrowPassages::new(
             &robot.footprint,
             self.settings,
@@ -105,32 +109,50 @@ impl StagingSearch<'_> {
             least_radius_m,
         )?;
         let [whole, narrow] = passages.spaces(closed, &[]);
-        let from = frame.cell_of(&goal.position).filter(|&cell| narrow.is_free(cell))?;
-        let mut is_seen = vec![false; frame.len()];
-        let mut near = narrow.flood(from, &mut is_seen).map(|(cell, _)| cell);
-        let place = frame.center_of(near.find(|&cell| wide.is_free(cell))?);
-        let start = *direct.smoothed.points().first()?;
-        let (to_pose, to_goal) = (plan(start, place).ok()?, plan(place, goal.position).ok()?);
-        let (leaves, arrival) = headings(&to_goal.smoothed);
         let turned: Vec<Point> = passages.discs.iter().map(|at| Point::new(-at.x, -at.y)).collect();
-        let backwards = BodySpace {
-            discs: &turned,
-            radius_m: passages.radius_m,
-            whole: &whole,
-            narrow: &narrow,
-            wide: &wide,
-        };
-        let can_reverse =
-            robot.limits.min_vel_x < 0.0 && backwards.fits_along(to_goal.smoothed.points());
-        let is_tail_first = !fits(arrival);
-        if is_tail_first && !(can_reverse && fits(arrival + PI)) {
-            return None;
+        let radius_m = passages.radius_m;
+        let tail_first =
+            BodySpace { discs: &turned, radius_m, whole: &whole, narrow: &narrow, wide: &wide };
+        let from = frame.cell_of(&goal.position).filter(|&cell| narrow.is_free(cell))?;
+        let start = *direct.smoothed.points().first()?;
+        let mut tried: Vec<Point> = Vec::new();
+        let mut is_seen = vec![false; frame.len()];
+        let near = narrow.flood(from, &mut is_seen).map(|(cell, _)| cell);
+        for place in near.filter(|&cell| wide.is_free(cell)).map(|cell| frame.center_of(cell)) {
+            let apart_m = robot.footprint.body_radius_m();
+            if tried.iter().any(|other| (place - other).norm() < apart_m) {
+                continue;
+            }
+            let ways = plan(start, place).and_then(|to| Ok((to, plan(place, goal.position)?)));
+            if let Ok((to_pose, to_goal)) = ways
+                && let Some((leading_end, yaw)) = self.leaves(&to_goal.smoothed, fits, &tail_first)
+            {
+                let pose = Goal { position: place, yaw: Some(yaw) };
+                return Some(Staging { pose, to_pose, to_goal, leading_end, direct: direct_way });
+            }
+            tried.push(place);
+            if tried.len() == MAX_PLACES {
+                break;
+            }
         }
-        let leaving_yaw = wrap_angle(if is_tail_first { leaves + PI } else { leaves });
-        let pose = Goal { position: place, yaw: Some(leaving_yaw) };
-        let direct = DirectWay { heading, has_room_to_turn, fits_nose_first, fits_tail_first };
-        let leading_end = if is_tail_first { LeadingEnd::Tail } else { LeadingEnd::Nose };
-        Some(Staging { pose, to_pose, to_goal, leading_end, direct })
+        None
+    }
+
+    /// How the robot leaves a place for its goal along a path, and with which yaw, radians; `None` where it then cannot turn at the goal.
+    /// `fits` tells whether it can, for a yaw of arrival.
+    fn leaves(
+        &self,
+        path: &Path,
+        fits: impl Fn(f64) -> bool,
+        tail_first: &BodySpace<'_>,
+    ) -> Option<(LeadingEnd, f64)> {
+        let (yaw, arrival) = headings(path);
+        if fits(arrival) {
+            return Some((LeadingEnd::Nose, yaw));
+        }
+        let can_reverse = self.robot.limits.min_vel_x < 0.0;
+        let fits = can_reverse && fits(arrival + PI) && tail_first.fits_along(path.points());
+        fits.then(|| (LeadingEnd::Tail, wrap_angle(yaw + PI)))
     }
 
     /// Whether the body of a robot at a place has room to turn from one yaw to another, or to within the tolerance of it, radians: one

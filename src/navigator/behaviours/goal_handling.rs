@@ -17,8 +17,8 @@ const LEAVES_GOAL: f64 = 2.0;
 const HORIZON_S: f64 = 1.0;
 const STEP_S: f64 = 0.1;
 
-/// Time for which parking may be blocked, seconds. Then the robot drives nearer by its path, or stays where it is within the goal's
-/// tolerances and has no room for the correction.
+/// Time for which parking may be blocked, seconds. Then the robot drives nearer by its path, or it has no room for a correction within
+/// the goal's tolerances: it stays there, or at its position and turns to the yaw.
 const BLOCKED_S: f64 = 1.0;
 /// Where static obstacles keep the robot from turning to the goal's yaw, it turns the other way round after the first time, seconds. The
 /// mission fails after the second: people who stand there may go.
@@ -90,12 +90,16 @@ impl Behaviour for GoalHandling {
             return stand(Mode::Arrived, Override::Never);
         };
         let command = moving_or_zero(&wanted, state);
-        let has_room = is_clear_of_static(&command, state);
+        let ends_after_s = self.parking.ends_after_s(&command, &limits);
+        let has_room = is_clear_of_static(&command, ends_after_s, state);
         if self.has_no_room.update(now.time_s, !has_room && is_within) >= BLOCKED_S {
             return stand(Mode::Arrived, Override::Never);
         }
         let is_held = !has_room && is_within_xy && !is_within;
         let held_s = self.cannot_turn.update(now.time_s, is_held);
+        if held_s >= BLOCKED_S {
+            self.parking.keep_position();
+        }
         if held_s >= TURNS_BACK_AFTER_S && !self.has_turned_back {
             self.has_turned_back = true;
             self.parking.turn_other_way(goal, &now.pose);
@@ -164,10 +168,10 @@ fn can_begin(pose: &Pose, goal: &Goal, settings: &NavigatorSettings) -> bool {
     to_goal.to_vector().norm() <= settings.parking_distance_m && off_nose.abs() <= AIM_FROM
 }
 
-/// Whether the body of a robot that keeps a velocity keeps the safety margin within the horizon, by the exact distances to the
-/// occupied cells: the distance field is too coarse for a goal near a wall. One that is within the margin must only come no
-/// nearer.
-fn is_clear_of_static(command: &Twist, state: &State<'_>) -> bool {
+/// Whether the body of a robot that keeps a velocity for a time, seconds, keeps the safety margin within the horizon, by the exact
+/// distances to the occupied cells: the distance field is too coarse for a goal near a wall. One that is within the margin must only
+/// come no nearer.
+fn is_clear_of_static(command: &Twist, ends_after_s: f64, state: &State<'_>) -> bool {
     if *command == Twist::STOP {
         return true;
     }
@@ -176,7 +180,9 @@ fn is_clear_of_static(command: &Twist, state: &State<'_>) -> bool {
     let reach_m = footprint.body_radius_m() + margin_m + command.linear.abs() * HORIZON_S;
     let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
     let kept_m = margin_m.min(clearance.gap_m(footprint, pose));
-    horizon(command, pose).all(|(there, _)| clearance.keeps_gap(footprint, &there, kept_m))
+    let before_end = |(_, time_s): &(Pose, f64)| *time_s < ends_after_s + STEP_S;
+    let mut poses = horizon(command, pose).take_while(before_end);
+    poses.all(|(there, _)| clearance.keeps_gap(footprint, &there, kept_m))
 }
 
 /// Whether the robot then touches no moving obstacle.
@@ -205,11 +211,12 @@ mod tests {
     use crate::navigator::test_state::{PERIOD_S, standing_at, with_state};
     use crate::robot::{Footprint, Limits, Polygon};
 
-    /// A robot that stands at its goal and turns there from one yaw to another, on a ground with walls at some x, y. Returns its yaws, and
-    /// when and why it fails, seconds.
+    /// A robot that stands at its goal, or this far to its left, metres, and turns there from one yaw to another, on a ground with walls at
+    /// some x, y. Returns its yaws, and when and why it fails, seconds.
     fn turns(
         body: Polygon,
         is_wall: impl Fn(&Point) -> bool,
+        aside_m: f64,
         (from, to): (f64, f64),
     ) -> (Vec<f64>, Option<(f64, String)>) {
         let robot = RobotModel { footprint: Footprint::covering(body), limits: Limits::default() };
@@ -219,7 +226,8 @@ mod tests {
         let goal = Goal { position: Point::new(3.0, 0.0), yaw: Some(to) };
         let goal: &'static Goal = Box::leak(Box::new(goal));
         let mut handling = GoalHandling::default();
-        let (mut pose, mut twist, mut yaws) = (Pose::new(3.0, 0.0, from), Twist::STOP, Vec::new());
+        let (mut pose, mut twist, mut yaws) =
+            (Pose::new(3.0, aside_m, from), Twist::STOP, Vec::new());
         for tick in 0..600 {
             let mut now = standing_at(pose);
             (now.time_s, now.twist) = (f64::from(tick) * PERIOD_S, twist);
@@ -243,7 +251,7 @@ mod tests {
     /// When and why a robot of 0.8 by 0.4 m fails that stands in a corridor along x, turned as far as it has room.
     fn fails_after_s(width_m: f64) -> Option<(f64, String)> {
         let body = Polygon::rectangle(0.8, 0.4).expect("a body");
-        turns(body, |place| place.y.abs() > 0.5 * width_m, (0.35, 1.4)).1
+        turns(body, |place| place.y.abs() > 0.5 * width_m, 0.0, (0.35, 1.4)).1
     }
 
     /// A robot with a long front, a wall to the right of its goal, room to the left, and a turn of three radians ahead.
@@ -252,11 +260,20 @@ mod tests {
         let body = [(-0.3, -0.2), (1.2, -0.2), (1.2, 0.2), (-0.3, 0.2)];
         let body = body.map(|(x, y)| Point::new(x, y)).to_vec();
         let body = || Polygon::new(body.clone()).expect("a body");
-        let (yaws, fault) = turns(body(), |place| place.x > 3.8, (-1.4, 1.57));
+        let (yaws, fault) = turns(body(), |place| place.x > 3.8, 0.0, (-1.4, 1.57));
         assert!(fault.is_none() && yaws.last().is_some_and(|yaw| (yaw - 1.57).abs() < 0.05));
         assert!(yaws.iter().all(|yaw| yaw.abs() > 0.8), "to the left: {yaws:?}");
-        let (yaws, fault) = turns(body(), |_| false, (-1.4, 1.57));
+        let (yaws, fault) = turns(body(), |_| false, 0.0, (-1.4, 1.57));
         assert!(fault.is_none() && yaws.iter().any(|yaw| yaw.abs() < 0.1), "the shorter turn");
+    }
+
+    /// In a corridor of 0.8 m, a robot of 0.8 by 0.4 m stands 3 cm beside its goal: it has no room to turn across the corridor for these.
+    #[test]
+    fn robot_that_cannot_aim_at_its_position_turns_to_the_yaw_where_it_is() {
+        let body = || Polygon::rectangle(0.8, 0.4).expect("a body");
+        let (yaws, fault) = turns(body(), |place| place.y.abs() > 0.4, 0.03, (0.25, 0.0));
+        assert!(fault.is_none(), "{fault:?}");
+        assert!(yaws.last().is_some_and(|yaw| yaw.abs() < 0.05), "{:?}", yaws.last());
     }
 
     /// When a robot fails that stands 0.3 m from its goal and cannot come nearer, seconds. It is away from it for the first second of
