@@ -228,12 +228,24 @@ fn step(from: &LogRecord, to: &LogRecord) -> OdometryStep {
     OdometryStep { time_s: to.time_s, distance_m, turn_rad: moved.yaw.abs() }
 }
 
-/// Whether most pairs of scans have different stamps.
+/// Whether most pairs of scans of the same lidar have different stamps: two lidars may have the same ones.
 fn times_advance(records: &[LogRecord]) -> bool {
-    let scans: Vec<f64> =
-        records.iter().filter(|record| record.scan.is_some()).map(|record| record.time_s).collect();
-    let advances = scans.windows(2).filter(|pair| pair[0] != pair[1]).count();
-    2 * advances >= scans.len().saturating_sub(1)
+    let mut last_of: Vec<(Pose, f64)> = Vec::new();
+    let (mut pairs, mut advances) = (0, 0);
+    for record in records {
+        let Some(LoggedScan { mount, .. }) = &record.scan else {
+            continue;
+        };
+        match last_of.iter_mut().find(|(place, _)| place == mount) {
+            Some((_, last_s)) => {
+                pairs += 1;
+                advances += u32::from(*last_s != record.time_s);
+                *last_s = record.time_s;
+            }
+            None => last_of.push((*mount, record.time_s)),
+        }
+    }
+    2 * advances >= pairs
 }
 
 /// The format of a text, by its first scan. Scans without poses count only where there are no others.

@@ -438,7 +438,7 @@ impl Localizer {
             }
             self.confirmations = None;
             self.rejections = 0;
-            (self.searches.of_lost, self.searches.hint) = (None, None);
+            self.searches.confirm();
             self.motion_check.clear();
             let (pose, odometry) = (self.ekf.pose, self.odometry());
             let before = self.found.filter(|found| distance_m(&found.pose, &pose) < SAME_PLACE_M);

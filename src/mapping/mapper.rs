@@ -30,6 +30,9 @@ const AT_REST_RAD: f64 = 0.02;
 const JUMP_SIGMA_M: f64 = 0.3;
 const JUMP_SIGMA_RAD: f64 = 0.2;
 
+/// A robot may have been carried where so many scans in a row do not match, although its odometry stands still.
+const UNMATCHED_IN_A_ROW: usize = 2;
+
 /// Nodes near each other are matched again after all loops are closed: distance, metres, number for each node, and rounds.
 const REFINED_M: f64 = 5.0;
 const REFINED_NODES: usize = 10;
@@ -84,7 +87,7 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
     let mut places: Vec<(usize, Pose)> = Vec::new();
     let mut loops = Loops::default();
     let mut local = None;
-    let (mut unmatched, mut last_matched) = (0, 0);
+    let (mut unmatched, mut last_matched, mut in_a_row) = (0, 0, 0);
     let (mut odometry_jumps, mut gaps) = (Vec::new(), Vec::new());
     for (index, scan) in scans.iter().enumerate() {
         let Some(last) = nodes.len().checked_sub(1) else {
@@ -99,14 +102,19 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
         let local = local.get_or_insert_with(|| local_map(&nodes, &poses));
         let (found, basis) = track(scan, local, &before, &moved, sigmas(scans, index));
         match basis {
-            Basis::Match => last_matched = index,
+            Basis::Match => (last_matched, in_a_row) = (index, 0),
             Basis::MatchAgainstOdometry => {
-                last_matched = index;
+                (last_matched, in_a_row) = (index, 0);
                 odometry_jumps.push(index);
             }
             Basis::Odometry => {
                 unmatched += 1;
-                gaps.extend(is_far(&moved).then_some(index));
+                in_a_row += 1;
+                if is_far(&moved) {
+                    gaps.push(index);
+                } else if in_a_row == UNMATCHED_IN_A_ROW {
+                    gaps.push(index + 1 - UNMATCHED_IN_A_ROW);
+                }
             }
         }
         if !is_far(&found.pose) {

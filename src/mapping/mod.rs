@@ -45,8 +45,8 @@ pub struct MappedLog {
     pub unmatched: usize,
     /// Records of scans that match near the scan before them, but not where the odometry puts them. The map follows the scans.
     pub odometry_jumps: Vec<usize>,
-    /// Records of scans that do not match, after a step of the odometry of 0.25 m or 0.2 rad or more, and before scans that match: the
-    /// map before and after them may not fit together.
+    /// Records of scans that do not match, after a step of the odometry of 0.25 m or 0.2 rad or more, or as the first of two in a row, and
+    /// before scans that match: the map before and after them may not fit together.
     pub gaps: Vec<usize>,
 }
 
@@ -251,6 +251,23 @@ mod tests {
         let (_, text) = drive();
         let mut log = LidarLog::parse(&text).expect("a valid log");
         log.records.drain(20..70);
+        let mapped = map_log(&log, &mut || ()).expect("a small map");
+        assert_eq!((&mapped.odometry_jumps[..], &mapped.gaps[..]), (&[][..], &[20][..]));
+    }
+
+    /// The robot is carried while its wheels stand still, and stands at the new place for a second.
+    #[test]
+    fn robot_that_was_carried_without_odometry_leaves_a_gap() {
+        let (_, text) = drive();
+        let mut log = LidarLog::parse(&text).expect("a valid log");
+        log.records.drain(20..70);
+        let (before, after) = (log.records[19].odometry, log.records[20].odometry);
+        for record in &mut log.records[20..] {
+            let driven = after.inverse_transform_pose(&record.odometry);
+            record.odometry = before.transform_pose(&driven);
+        }
+        let standing = log.records[20].clone();
+        (0..9).for_each(|_| log.records.insert(20, standing.clone()));
         let mapped = map_log(&log, &mut || ()).expect("a small map");
         assert_eq!((&mapped.odometry_jumps[..], &mapped.gaps[..]), (&[][..], &[20][..]));
     }

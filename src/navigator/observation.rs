@@ -115,7 +115,7 @@ pub enum ObservationFault {
     /// As [`Self::LidarBlind`], but only in a part of the directions. The robot stands where that is ahead; otherwise it drives
     /// on, and keeps out of that part.
     #[error(
-        "the lidar is blind in some directions: it has no returns where the map shows surfaces"
+        "the lidar is blind in some directions, or the map is out of date there: it has no returns where the map shows surfaces"
     )]
     LidarPartlyBlind,
     /// The localisation does not know the pose.

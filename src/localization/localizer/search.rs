@@ -35,6 +35,8 @@ pub(super) struct Searches {
     /// Of a robot that is not lost.
     doubt: Option<Doubt>,
     doubtful: u32,
+    /// The robot was found by a hint, and not compared with the places of the whole map yet.
+    is_hint_unchecked: bool,
     /// Made for the first search.
     pub scores: Option<MapScores>,
 }
@@ -70,7 +72,13 @@ impl Searches {
 
     /// Ends all searches: what they began with no longer holds.
     pub fn stop(&mut self) {
-        (self.of_lost, self.hint, self.doubt, self.doubtful) = (None, None, None, 0);
+        *self = Self { scores: self.scores.take(), ..Self::default() };
+    }
+
+    /// The candidate of the search is confirmed. One near a hint may still be the wrong place: most of the beams may agree there too.
+    pub fn confirm(&mut self) {
+        self.of_lost = None;
+        self.is_hint_unchecked = self.hint.take().is_some();
     }
 }
 
@@ -158,7 +166,7 @@ impl Localizer {
     }
 
     /// Whether another place of the map matches much better than the present one. While too few beams agree, the map is searched
-    /// now and then; a wrong place may agree with half of them.
+    /// now and then; a wrong place may agree with half of them. It is also searched once for a robot that was found by a hint.
     pub(super) fn is_better_elsewhere(&mut self) -> bool {
         let odometry = self.odometry();
         let Self { settings, map, scan, searches, .. } = self;
@@ -166,10 +174,10 @@ impl Localizer {
             self.estimate.agreement.matching_fraction() < settings.relocalized_agreement;
         searches.doubtful = if is_doubtful { searches.doubtful + 1 } else { 0 };
         if searches.doubt.is_none() {
-            if searches.doubtful < DOUBTFUL_SCANS {
+            if searches.doubtful < DOUBTFUL_SCANS && !searches.is_hint_unchecked {
                 return false;
             }
-            searches.doubtful = 0;
+            (searches.doubtful, searches.is_hint_unchecked) = (0, false);
         }
         let scores = searches.scores.get_or_insert_with(|| MapScores::new(map));
         let mut doubt = searches.doubt.take().unwrap_or_else(|| Doubt {

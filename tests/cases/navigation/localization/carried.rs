@@ -104,6 +104,31 @@ fn robot_that_tracked_its_pose_is_not_found_in_the_twin_of_a_room_that_has_chang
     }
 }
 
+/// Two rooms, one with a bay. Most of the beams of a robot in that one agree at the same place of the other one too.
+#[test]
+fn wrong_hint_is_found_wrong_while_the_robot_stands() {
+    let rooms = [[1.0, 1.0, 5.0, 4.0], [1.4, 4.0, 2.8, 5.2], [7.0, 1.0, 11.0, 4.0]];
+    let map = ground(Pose::default(), &rooms);
+    let (world, truth) = (World::new(map.clone()), Pose::new(2.6, 2.1, 0.3));
+    let localizer = Localizer::without_pose(&map, LocalizationSettings::default());
+    let mut localizer = localizer.expect("valid settings");
+    let hint = PoseHint { pose: Pose::new(8.6, 2.1, 0.3), sigma_m: 0.3, sigma_rad: 0.1 };
+    localizer.search_near(&hint).expect("a valid hint");
+    let (mut rng, mut was_deceived) = (Pcg64Mcg::seed_from_u64(2), false);
+    for tick in 0..40 {
+        let time_s = 0.1 * f64::from(tick);
+        localizer.predict(time_s, &Pose::default());
+        let seen = lidar().scan(&world, &truth, &mut rng);
+        let estimate = localizer.update(&TimedScan::from_scan(&seen.scan, time_s, 0.0));
+        was_deceived |= (estimate.pose.position() - hint.pose.position()).norm() < 0.2
+            && estimate.agreement.matching_fraction() > 0.76;
+    }
+    let found = localizer.estimate();
+    let error_m = (found.pose.position() - truth.position()).norm();
+    assert!(was_deceived, "the hinted place is too bad for this test");
+    assert!(found.status == LocalizationStatus::Tracking && error_m < 0.03, "{found:?}");
+}
+
 #[test]
 fn hint_of_an_invalid_number_is_rejected() {
     let map = ground(Pose::default(), &ROOM);
