@@ -19,6 +19,7 @@ mod cases {
         mod perception;
         mod quality;
         mod records;
+        mod reference;
         mod soak;
         mod timing;
     }

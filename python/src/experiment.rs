@@ -249,6 +249,7 @@ pub fn compare<'py>(
             ranked: &ranked,
             rows: &rows,
             plays: &BTreeMap::new(),
+            search: None,
         });
         let written = folder.write_files(&files).map_err(unusable);
         written.inspect_err(|error| keep_rows(py, error, &rows))?;

@@ -10,7 +10,7 @@ use inbye::report::{ComparisonReport, comparison_files};
 use serde_json::json;
 
 use super::arguments::whole;
-use super::files::{ReportFolder, command_line};
+use super::files::{ReportFolder, all_written, command_line};
 use super::runs::{self, RunArguments};
 use super::{machine, output, run_page, sweep};
 
@@ -45,7 +45,7 @@ pub struct CompareArguments {
 pub fn run(arguments: &CompareArguments) -> anyhow::Result<bool> {
     let grid = sweep::read(&arguments.plan)?.with_times();
     let folder = ReportFolder::create(arguments.report.as_deref())?;
-    let rows = arguments.run.run(&grid, |_| {})?;
+    let (rows, recorded) = arguments.run.run(&grid, |_| {})?;
     let ranked = rankings(&rows);
     let lines = text_table(&ranked, RankedPlanner::SUMMARY).into_iter();
     let verdicts = ranked.iter().filter(|planner| planner.rank > 1);
@@ -64,7 +64,7 @@ pub fn run(arguments: &CompareArguments) -> anyhow::Result<bool> {
         Some(report) => play(&grid.distinct(), &rows, arguments.play, report)?,
         None => BTreeMap::new(),
     };
-    folder.write(|| {
+    let reported = folder.write(|| {
         comparison_files(&ComparisonReport {
             title: &grid.title,
             note: runs::interruption(),
@@ -73,8 +73,10 @@ pub fn run(arguments: &CompareArguments) -> anyhow::Result<bool> {
             ranked: &ranked,
             rows: &rows,
             plays: &plays,
+            search: None,
         })
-    })?;
+    });
+    all_written([recorded, reported])?;
     Ok(true)
 }
 

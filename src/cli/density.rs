@@ -16,7 +16,7 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::{duration, whole};
-use super::files::{Output, ReportFolder};
+use super::files::{Output, ReportFolder, all_written};
 use super::machine::{self, wall_clock};
 use super::missions::sort;
 use super::output;
@@ -156,9 +156,6 @@ pub fn run(arguments: &DensityArguments) -> anyhow::Result<bool> {
         lines.extend(text_table(&closed_loop, CLOSED_LOOP));
     }
     output::result(&object, lines)?;
-    record.write_rows(&density.rows)?;
-    losses.write_rows(&quality)?;
-    missions.write_rows(&driven)?;
     let report = BenchReport {
         title: TITLE,
         intro: INTRO,
@@ -168,8 +165,13 @@ pub fn run(arguments: &DensityArguments) -> anyhow::Result<bool> {
         closed_loop: &closed_loop,
         ..BenchReport::default()
     };
-    chart.write(|| bench_svg(&report))?;
-    folder.write_bench(report)?;
+    all_written([
+        record.write_rows(&density.rows),
+        losses.write_rows(&quality),
+        missions.write_rows(&driven),
+        chart.write(|| bench_svg(&report)),
+        folder.write_bench(report),
+    ])?;
     Ok(true)
 }
 

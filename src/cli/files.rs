@@ -87,6 +87,15 @@ impl<'a> Output<'a> {
     }
 }
 
+/// Returns the first error of several files. The caller has tried to write each of them: a full disk for one file must not prevent the
+/// others. Further errors are printed as warnings.
+pub fn all_written(files: impl IntoIterator<Item = anyhow::Result<()>>) -> anyhow::Result<()> {
+    let mut errors = files.into_iter().filter_map(Result::err);
+    let Some(first) = errors.next() else { return Ok(()) };
+    errors.for_each(|error| output::warn(format!("{error:#}")));
+    Err(first)
+}
+
 /// Whether a name ends in an extension, in capitals or not.
 pub fn has_extension(name: &Path, wanted: &str) -> bool {
     name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(wanted))

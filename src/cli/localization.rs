@@ -105,10 +105,11 @@ pub fn run(arguments: &LocalizationArguments) -> anyhow::Result<bool> {
     let seeds: Vec<u64> = (arguments.seed..arguments.seed + arguments.seeds).collect();
     let setups = [Setup::unnamed(settings(arguments)?)];
     let grid = Grid::of_worlds("localization", &worlds, &setups, &seeds)?;
-    let rows = arguments.run.run(&grid, |_| {})?;
+    let (rows, recorded) = arguments.run.run(&grid, |_| {})?;
     let within = rows.iter().all(is_within);
     let lines = text_table(&rows, COLUMNS).into_iter().chain(unreached(&rows));
     output::result(&json!({ "rows": rows, "within": within }), lines)?;
+    recorded?;
     Ok(within)
 }
 

@@ -7,8 +7,8 @@ use anyhow::{Context, bail};
 use clap::Args;
 use inbye::geometry::{Point, Pose};
 use inbye::map::{
-    GridFrame, LoadOptions, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones, has_own_resolution,
-    load_with_warnings,
+    GridFrame, LoadOptions, MapWarning, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones,
+    has_own_resolution, load_with_warnings,
 };
 use inbye::runtime::Config;
 use inbye::sim::{Scene, scene as scene_of};
@@ -193,8 +193,26 @@ pub fn read(arguments: &MapArguments, truth: Option<&Path>) -> anyhow::Result<Ma
 
 /// Loads a map of any format; `resolution_m` applies to a format without its own. Warnings go to standard error.
 pub fn load(file: &Path, resolution_m: f64) -> anyhow::Result<OccupancyGrid> {
+    load_as(file, resolution_m, |_| ())
+}
+
+/// Loads a mask of speed limits like a map with [`load`], and warns of limits that are not those of its greys.
+pub fn load_speed_mask(file: &Path, resolution_m: f64) -> anyhow::Result<OccupancyGrid> {
+    let place = file.display();
+    load_as(file, resolution_m, |warning| output::warn(format!("--speed-zones {place}: {warning}")))
+}
+
+/// Loads a map; `warn_of_scale` gets the warning that only matters for a mask of speed limits.
+fn load_as(
+    file: &Path,
+    resolution_m: f64,
+    warn_of_scale: impl Fn(MapWarning),
+) -> anyhow::Result<OccupancyGrid> {
     let options = LoadOptions { resolution_m };
-    let mut warn = |warning| output::note(format!("note: {}: {warning}", file.display()));
+    let mut warn = |warning| match warning {
+        MapWarning::ClippedScale { .. } => warn_of_scale(warning),
+        warning => output::note(format!("note: {}: {warning}", file.display())),
+    };
     Ok(load_with_warnings(file, &options, &mut warn)?)
 }
 

@@ -15,9 +15,9 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::{real, whole};
-use super::files::{ReportFolder, has_extension};
+use super::files::{ReportFolder, all_written, has_extension};
 use super::own_programs::ProgramArguments;
-use super::runs::{RunArguments, group_table};
+use super::runs::{Recorded, RunArguments, group_table};
 use super::{config, map_file, output};
 
 /// Maps, seeds and rules of missions.
@@ -72,8 +72,8 @@ impl MissionsArguments {
         Ok((config, roomy))
     }
 
-    /// Drives the missions of a grid, and writes the record. Returns the rows by settings, map and seed.
-    pub fn drive(&self, grid: &Grid) -> anyhow::Result<Vec<RunRow>> {
+    /// Drives the missions of a grid, and writes the record. The rows are in the order of settings, map and seed.
+    pub fn drive(&self, grid: &Grid) -> anyhow::Result<Recorded> {
         self.run.run(grid, sort)
     }
 
@@ -156,7 +156,7 @@ pub fn ablation(arguments: &AblationArguments) -> anyhow::Result<bool> {
     let variants = ABLATION_VARIANTS.iter();
     let setups: Vec<Setup> = variants.map(|variant| variant.setup(&config)).collect();
     let grid = Grid::of_missions("ablation", &worlds, &setups, *count, missions.seed)?;
-    let rows = missions.drive(&grid)?;
+    let (rows, recorded) = missions.drive(&grid)?;
     let table = ablation_groups(&rows);
     let maps: Vec<&str> = worlds.iter().map(|world| world.name.as_str()).collect();
     let intro = format!(
@@ -175,11 +175,12 @@ pub fn ablation(arguments: &AblationArguments) -> anyhow::Result<bool> {
     }));
     lines.extend(faults(&rows).into_iter().map(|(name, count)| format!("fault {name}: {count}")));
     output::result(&json!({ "variants": table, "rows": rows }), lines)?;
-    report.write_bench(BenchReport {
+    let reported = report.write_bench(BenchReport {
         title: "inbye: effect of each part of the navigator",
         intro: &intro,
         ablation: &table,
         ..BenchReport::default()
-    })?;
+    });
+    all_written([recorded, reported])?;
     Ok(true)
 }

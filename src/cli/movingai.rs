@@ -64,13 +64,13 @@ pub fn run(arguments: &MovingAiArguments) -> anyhow::Result<bool> {
     let mut algorithms = ALGORITHMS.to_vec();
     algorithms.retain(|algorithm| arguments.all || algorithm.usual);
     let (maps, totals) = measure(&queries, &algorithms, arguments.passes)?;
-    record.write_rows(&maps.iter().flat_map(|map| map.algorithms.clone()).collect::<Vec<_>>())?;
     if output::is_json() && arguments.folder.is_none() {
         output::print_json(&maps.first())?;
     } else {
         let object = json!({ "maps": maps, "algorithms": totals, "skipped": skipped });
         output::result(&object, text(&maps, &totals))?;
     }
+    record.write_rows(&maps.iter().flat_map(|map| map.algorithms.clone()).collect::<Vec<_>>())?;
     Ok(totals.iter().all(AlgorithmRow::passed))
 }
 

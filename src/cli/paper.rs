@@ -8,16 +8,16 @@ use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, TaskRuns, made_mine, measure, path_tables,
 };
 use inbye::experiment::paper_drives::{Course, PaperTable, TRAFFIC, drive_table, drive_worlds};
-use inbye::experiment::{Grid, RunRow, Setup, TrafficKind, World, run_in_order};
+use inbye::experiment::{Grid, Setup, TrafficKind, World, run_in_order};
 use inbye::local::CpuEngine;
 use inbye::report::{PaperReport, paper_files, paper_text};
 use inbye::runtime::{Config, Observer, Trace};
 use serde_json::json;
 
 use super::arguments::whole;
-use super::files::ReportFolder;
+use super::files::{ReportFolder, all_written};
 use super::machine::{self, wall_clock};
-use super::runs::{self, RunArguments};
+use super::runs::{self, Recorded, RunArguments};
 use super::{map_file, output};
 
 /// Number of paths through the mine, as in Table 2.
@@ -73,7 +73,7 @@ pub fn run(arguments: &PaperArguments) -> anyhow::Result<bool> {
     bar.finish_and_clear();
     let courses = Course::all(&sites, &config)?;
     let worlds = drive_worlds(&courses);
-    let rows = drives(arguments, &worlds, &config)?;
+    let (rows, recorded) = drives(arguments, &worlds, &config)?;
     let (paths, steps) = path_tables(&roadways, &mine_paths, &mine.title);
     let rows = rows.chunks(courses.len() * arguments.runs.max(1));
     let drive_tables =
@@ -93,9 +93,10 @@ pub fn run(arguments: &PaperArguments) -> anyhow::Result<bool> {
     }
     let lines = tables.iter().flat_map(paper_text).chain(faults.clone());
     output::result(&json!({ "tables": tables, "faults": faults }), lines)?;
+    let mut written = vec![recorded];
     if arguments.report.is_some() {
         let traces = traces(arguments, &worlds, &config)?;
-        report.write(|| {
+        written.push(report.write(|| {
             paper_files(&PaperReport {
                 note: runs::interruption(),
                 machine: &machine::description(),
@@ -108,8 +109,9 @@ pub fn run(arguments: &PaperArguments) -> anyhow::Result<bool> {
                 tables: &tables,
                 faults: &faults,
             })
-        })?;
+        }));
     }
+    all_written(written)?;
     Ok(faults.is_empty())
 }
 
@@ -118,7 +120,7 @@ fn drives(
     arguments: &PaperArguments,
     worlds: &[World],
     config: &Config,
-) -> anyhow::Result<Vec<RunRow>> {
+) -> anyhow::Result<Recorded> {
     let seeds: Vec<u64> =
         (0..arguments.runs).map(|run| arguments.seed.wrapping_add(run as u64)).collect();
     let setups = [Setup::unnamed(config.clone())];

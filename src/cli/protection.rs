@@ -9,7 +9,7 @@ use inbye::sim::WrongPlanner;
 use serde_json::json;
 
 use super::arguments::whole;
-use super::files::ReportFolder;
+use super::files::{ReportFolder, all_written};
 use super::missions::MissionsArguments;
 use super::output;
 use super::runs::{group_table, unreached};
@@ -59,7 +59,7 @@ pub fn run(arguments: &ProtectionArguments) -> anyhow::Result<bool> {
     let setups = [Setup::named(WITH, config), Setup::named(WITHOUT, unprotected)];
     let count = arguments.missions;
     let grid = Grid::of_missions("protection", &worlds, &setups, count, missions.seed)?;
-    let rows = missions.drive(&grid)?;
+    let (rows, recorded) = missions.drive(&grid)?;
     let table = groups(&rows);
     let is_protected = |name: &Option<String>| name.as_deref() == Some(WITH);
     let mut protected = table.iter().filter(|group| is_protected(&group.config));
@@ -69,11 +69,12 @@ pub fn run(arguments: &ProtectionArguments) -> anyhow::Result<bool> {
     let lines = group_table(&table).into_iter().chain(unreached(contacts));
     let object = json!({ "groups": table, "sound": is_sound, "rows": rows });
     output::result(&object, lines)?;
-    report.write_bench(BenchReport {
+    let reported = report.write_bench(BenchReport {
         title: "inbye: the protective layer against wrong planners",
         intro: INTRO,
         soak: &rows,
         ..BenchReport::default()
-    })?;
+    });
+    all_written([recorded, reported])?;
     Ok(is_sound)
 }

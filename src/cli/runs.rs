@@ -40,13 +40,14 @@ impl RunArguments {
     }
 
     /// Runs the cells that have no result yet, and writes the record; the rows of all, in the grid's order or as `sort` leaves
-    /// them.
-    pub fn run(&self, grid: &Grid, sort: fn(&mut [RunRow])) -> anyhow::Result<Vec<RunRow>> {
+    /// them, and whether the record was written. The caller returns that error at its end: a full disk for the record must not prevent
+    /// the result and the report.
+    pub fn run(&self, grid: &Grid, sort: fn(&mut [RunRow])) -> anyhow::Result<Recorded> {
         let record = Output::of_rows::<RunRow>("--record", self.record.as_deref())?;
         interrupt_flag()?;
         let mut rows = run_grid(grid, self.out.as_deref(), self.jobs())?;
         sort(&mut rows);
-        record.write_rows(&rows)?;
+        let written = record.write_rows(&rows);
         if is_interrupted() {
             let kept = self.out.as_ref().map_or_else(
                 || "they are not kept: with --out DIR the same command could resume".to_owned(),
@@ -58,9 +59,12 @@ impl RunArguments {
                 grid.distinct().len()
             ));
         }
-        Ok(rows)
+        Ok((rows, written))
     }
 }
+
+/// The rows of runs, and whether their record was written.
+pub type Recorded = (Vec<RunRow>, anyhow::Result<()>);
 
 /// What a page of an experiment says if Ctrl-C interrupted it; empty otherwise.
 pub fn interruption() -> &'static str {

@@ -15,7 +15,7 @@ use inbye::runtime::{Config, PlantKind, PoseSource};
 use serde_json::json;
 
 use super::arguments::{decision_size, engine, plants, pose_source, real, whole};
-use super::files::{PAGE, ReportFolder, open_file};
+use super::files::{PAGE, ReportFolder, all_written, open_file};
 use super::machine::{self, wall_clock};
 use super::missions::MissionsArguments;
 use super::runs::{group_table, in_memory, run_text, unreached};
@@ -108,7 +108,7 @@ pub fn run(arguments: &SoakArguments) -> anyhow::Result<bool> {
         "gpu" => grid.on_engine(&format!("gpu:{}", first.name())),
         _ => grid,
     };
-    let rows = missions.drive(&grid)?;
+    let (rows, recorded) = missions.drive(&grid)?;
     let comparisons = compare(arguments, &first.name(), &grid, &rows)?;
     let summary = SoakSummary::of(&rows, &comparisons);
     let is_sound = summary.is_sound();
@@ -116,12 +116,13 @@ pub fn run(arguments: &SoakArguments) -> anyhow::Result<bool> {
         json!({ "summary": summary, "sound": is_sound, "comparisons": comparisons, "rows": rows });
     let lines = text(&summary, &comparisons).into_iter();
     output::result(&object, lines.chain(unreached(&rows)))?;
-    report.write_bench(BenchReport {
+    let reported = report.write_bench(BenchReport {
         title: "inbye: a soak of random missions",
         intro: INTRO,
         soak: &rows,
         ..BenchReport::default()
-    })?;
+    });
+    all_written([recorded, reported])?;
     Ok(is_sound)
 }
 

@@ -13,14 +13,14 @@ use inbye::experiment::{
 };
 use inbye::external::{ProgramSettings, run_in_group};
 use inbye::input_file::read_text;
-use inbye::report::{ComparisonReport, comparison_files};
-use inbye::runtime::{Config, TomlError, parse_toml};
+use inbye::report::{ComparisonReport, SearchResult, comparison_files};
+use inbye::runtime::{TomlError, parse_toml};
 use serde_json::{Value, json};
 
-use super::files::{Output, ReportFolder, command_line};
+use super::files::{Output, ReportFolder, all_written, command_line};
 use super::own_file::TUNED_SETTINGS;
 use super::own_programs::{Words, words};
-use super::runs::RunArguments;
+use super::runs::{Recorded, RunArguments};
 use super::whole_file::write_whole;
 use super::{machine, output};
 
@@ -47,13 +47,15 @@ const RECORD_HELP: &str =
 #[command(
     mut_arg("record", |record| record.help(RECORD_HELP)),
     after_help = "Example:\n  inbye tune --print-plan\n  inbye tune tune.toml --out tuning --save tuned.toml\n\n\
-    The plan names settings with their ranges, worlds for the search, and other worlds that judge the best candidate. Each round \
+    The plan names settings with their ranges, worlds for the search, and other worlds that judge the best candidate. The search \
+    starts from the worlds' own settings with the changes of [config], such as those of your own robot. Each round \
     drives its candidates through all worlds of the search; the next round draws candidates near the best three. Candidates are \
     ranked by the mean success weighted by completion time. The result gives the gain over the unchanged settings on both sets of \
     worlds. A gain on the first set alone is overfitting.\n\
     With --out the same command resumes where it was interrupted, and processes on several machines that share the folder divide \
     the runs between them.\n\
-    JSON fields: `changes`, `train` and `judge` (`default`, `tuned`), `faults` (`train`, `judge`), `ranked`, `candidates`.\n\
+    JSON fields: `changes`, `train` and `judge` (`default`, `tuned`), `faults` (`train`, `judge`), `ranked`, `candidates`, \
+    `interrupted`; what an interrupted command does not know is null.\n\
     Exit status 1: no run of the search or of the judgement reached its goal."
 )]
 pub struct TuneArguments {
@@ -89,6 +91,19 @@ struct Candidate {
     success: f64,
 }
 
+/// The rounds of a search that were not interrupted.
+struct Search {
+    /// The best first.
+    candidates: Vec<Candidate>,
+    rows: Vec<RunRow>,
+}
+
+/// The runs of the settings without changes and of the best candidate on other worlds.
+struct Judgement {
+    rows: Vec<RunRow>,
+    ranked: Vec<RankedPlanner>,
+}
+
 /// Searches settings and judges the best ones. False if no run of the search, or none of the judgement, reached its goal.
 pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
     let Some(file) = &arguments.plan else {
@@ -96,6 +111,54 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
         output::result(&json!({ "plan": plan }), [plan.trim_end()])?;
         return Ok(true);
     };
+    let plan = read(file)?;
+    let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
+    let report = ReportFolder::create(arguments.report.as_deref())?;
+    let search = search(arguments, &plan, file)?;
+    let best = search.candidates.first().filter(|_| !machine::is_interrupted());
+    let Some(best) = best else {
+        print(&search, None)?;
+        return Ok(false);
+    };
+    let configs = BTreeMap::from([
+        (DEFAULT.to_owned(), changes("")?),
+        (TUNED.to_owned(), changes(&best.changes)?),
+    ]);
+    let sweep = plan.plan(&plan.judge, configs);
+    let (rows, recorded) = runs(arguments, (&sweep, file), JUDGE)?;
+    if machine::is_interrupted() {
+        print(&search, None)?;
+        recorded?;
+        return Ok(false);
+    }
+    let judgement = Judgement { ranked: rankings(&rows), rows };
+    print(&search, Some(&judgement))?;
+    let settings = plan.settings_with(&best.changes).map_err(anyhow::Error::msg)?;
+    let saved = save.write(|| {
+        format!("{TUNED_SETTINGS}; all other settings have their defaults.\n\n{settings}")
+    });
+    let reported = report.write(|| {
+        comparison_files(&ComparisonReport {
+            title: &plan.title,
+            note: "",
+            machine: &machine::description(),
+            command: &command_line(),
+            ranked: &judgement.ranked,
+            rows: &judgement.rows,
+            plays: &BTreeMap::new(),
+            search: Some(SearchResult {
+                changes: &best.changes,
+                train: search.successes(),
+                judge: judgement.successes(),
+            }),
+        })
+    });
+    all_written([recorded, saved, reported])?;
+    Ok([&search.rows, &judgement.rows].into_iter().all(|rows| has_arrived(rows)))
+}
+
+/// The plan of a file, with all its values and worlds checked.
+fn read(file: &Path) -> anyhow::Result<TuningPlan> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
@@ -103,13 +166,15 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
         .and_then(|()| plan.check_worlds(file.parent().unwrap_or(Path::new(""))))
         .map_err(|error| TomlError::in_text(&error, &text))
         .with_context(place)?;
-    let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
-    let report = ReportFolder::create(arguments.report.as_deref())?;
+    Ok(plan)
+}
 
+/// Drives the rounds of a search, up to an interruption.
+fn search(arguments: &TuneArguments, plan: &TuningPlan, file: &Path) -> anyhow::Result<Search> {
     let (mut all, mut searched): (Vec<Candidate>, Vec<RunRow>) = Default::default();
-    let first_error = RefCell::new(None);
-    // Whether the settings are valid together, as changes of the default ones.
-    let is_usable = |changes: &str| match Config::default().with_changes(changes) {
+    let (base, first_error) = (plan.base()?, RefCell::new(None));
+    // Whether the settings are valid together, as changes of those of the plan.
+    let is_usable = |changes: &str| match base.with_changes(changes) {
         Ok(_) => true,
         Err(error) => {
             first_error.borrow_mut().get_or_insert(error);
@@ -130,7 +195,10 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
             .collect();
         if new.is_empty() {
             let why = first_error.take().map_or_else(String::new, |error| error.to_string());
-            bail!("{}: no settings of [space] are valid; the first drawn ones: {why}", place());
+            bail!(
+                "{}: no settings of [space] are valid; the first drawn ones: {why}",
+                file.display()
+            );
         }
         if round == 0 {
             new.insert(0, Candidate { point: None, changes: String::new(), success: 0.0 });
@@ -139,9 +207,10 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
         let configs = names.clone().zip(&new).map(|(name, it)| Ok((name, changes(&it.changes)?)));
         let configs: BTreeMap<String, Changes> = configs.collect::<anyhow::Result<_>>()?;
         let sweep = plan.plan(&plan.train, configs);
-        let rows = runs(arguments, (&sweep, file), &format!("round-{round}"))?;
+        let (rows, recorded) = runs(arguments, (&sweep, file), &format!("round-{round}"))?;
+        recorded?;
         if machine::is_interrupted() {
-            return Ok(false);
+            break;
         }
         let success = |name: &str| success(of(&rows, name));
         names.zip(&mut new).for_each(|(name, candidate)| candidate.success = success(&name));
@@ -151,71 +220,69 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
         all.sort_by(|one, other| other.success.total_cmp(&one.success));
         output::detail(format!("round {}: best {:.3}", round + 1, all[0].success));
     }
-    let best = &all[0];
-    let configs = BTreeMap::from([
-        (DEFAULT.to_owned(), changes("")?),
-        (TUNED.to_owned(), changes(&best.changes)?),
-    ]);
-    let rows = runs(arguments, (&plan.plan(&plan.judge, configs), file), JUDGE)?;
-    if machine::is_interrupted() {
-        return Ok(false);
-    }
-    let ranked = rankings(&rows);
-    let judged = |name: &str| success(of(&rows, name));
-    let before = all.iter().find(|candidate| candidate.point.is_none());
-    let train = [before.map_or(0.0, |candidate| candidate.success), best.success];
-    let judge = [judged(DEFAULT), judged(TUNED)];
-    print(best, (train, judge), (&ranked, [&searched, &rows]), &all)?;
-    save.write(|| {
-        format!("{TUNED_SETTINGS}; all other settings have their defaults.\n\n{}", best.changes)
-    })?;
-    report.write(|| {
-        comparison_files(&ComparisonReport {
-            title: &plan.title,
-            note: "",
-            machine: &machine::description(),
-            command: &command_line(),
-            ranked: &ranked,
-            rows: &rows,
-            plays: &BTreeMap::new(),
-        })
-    })?;
-    Ok([&searched, &rows].into_iter().all(|rows| has_arrived(rows)))
+    Ok(Search { candidates: all, rows: searched })
 }
 
-fn print(
-    best: &Candidate,
-    (train, judge): ([f64; 2], [f64; 2]),
-    (ranked, rows): (&[RankedPlanner], [&[RunRow]; 2]),
-    all: &[Candidate],
-) -> anyhow::Result<()> {
-    let pair = |[default, tuned]: [f64; 2]| json!({ "default": default, "tuned": tuned });
+impl Search {
+    /// The successes of the settings without changes and of the best candidate.
+    fn successes(&self) -> [f64; 2] {
+        let without = self.candidates.iter().find(|candidate| candidate.point.is_none());
+        [without, self.candidates.first()].map(|one| one.map_or(0.0, |one| one.success))
+    }
+}
+
+impl Judgement {
+    /// The successes of the settings without changes and of the best candidate.
+    fn successes(&self) -> [f64; 2] {
+        [DEFAULT, TUNED].map(|name| success(of(&self.rows, name)))
+    }
+}
+
+/// Prints the result; without a judgement, that of an interrupted command.
+fn print(search: &Search, judgement: Option<&Judgement>) -> anyhow::Result<()> {
+    let best = search.candidates.first();
+    let changes = best.map(|best| best.changes.as_str());
+    let train = best.map(|_| search.successes());
+    let judge = judgement.map(Judgement::successes);
+    let pair = |pair: Option<[f64; 2]>| {
+        pair.map(|[default, tuned]| json!({ "default": default, "tuned": tuned }))
+    };
+    let candidates = search.candidates.iter();
     let candidates: Vec<Value> =
-        all.iter().map(|it| json!({ "changes": it.changes, "success": it.success })).collect();
+        candidates.map(|it| json!({ "changes": it.changes, "success": it.success })).collect();
+    let ranked = judgement.map_or(&[][..], |judgement| &judgement.ranked);
+    let rows = [&search.rows[..], judgement.map_or(&[], |judgement| &judgement.rows)];
     let faults = rows.map(|rows| fault_text(rows.iter()));
     let object = json!({
-        "changes": best.changes, "train": pair(train), "judge": pair(judge), "faults": { "train": faults[0], "judge": faults[1] },
-        "ranked": ranked, "candidates": candidates,
+        "changes": changes, "train": pair(train), "judge": pair(judge),
+        "faults": { "train": faults[0], "judge": faults[1] }, "ranked": ranked, "candidates": candidates,
+        "interrupted": machine::is_interrupted(),
     });
     let gain = |name: &str, [default, tuned]: [f64; 2]| {
         format!("{name:<12} default {default:.3}, tuned {tuned:.3}, gain {:+.3}", tuned - default)
     };
-    let verdicts = ranked
-        .iter()
-        .filter(|planner| planner.rank > 1)
-        .map(|planner| format!("judged       {}: {}", planner.planner, planner.verdict.text()));
-    let mut lines = vec![gain(SEARCH, train), gain(OTHER_WORLDS, judge)];
-    lines.extend(verdicts);
-    for (part, (rows, faults)) in [SEARCH, OTHER_WORLDS].into_iter().zip(rows.iter().zip(faults)) {
+    let parts = [(SEARCH, train), (OTHER_WORLDS, judge)];
+    let mut lines: Vec<String> =
+        parts.iter().filter_map(|&(name, pair)| Some(gain(name, pair?))).collect();
+    let others = ranked.iter().filter(|planner| planner.rank > 1);
+    lines
+        .extend(others.map(|planner| {
+            format!("judged       {}: {}", planner.planner, planner.verdict.text())
+        }));
+    for ((part, successes), (rows, faults)) in parts.into_iter().zip(rows.into_iter().zip(faults)) {
         lines.extend(faults.map(|faults| format!("{part}: faults: {faults}")));
-        if !has_arrived(rows) {
+        if successes.is_some() && !has_arrived(rows) {
             lines.push(format!("{part}: no run reached its goal"));
         }
     }
-    if best.changes.is_empty() {
+    if judgement.is_none() {
+        lines.push(
+            "interrupted: the best settings so far are not judged on other worlds".to_owned(),
+        );
+    } else if changes == Some("") {
         lines.push("no candidate was better than the settings without changes".to_owned());
     }
-    lines.extend(best.changes.lines().map(|line| format!("  {line}")));
+    lines.extend(changes.unwrap_or_default().lines().map(|line| format!("  {line}")));
     output::result(&object, lines)
 }
 
@@ -224,7 +291,7 @@ fn runs(
     arguments: &TuneArguments,
     (sweep, file): (&Plan, &Path),
     part: &str,
-) -> anyhow::Result<Vec<RunRow>> {
+) -> anyhow::Result<Recorded> {
     let folder = file.parent().unwrap_or(Path::new(""));
     let grid = Grid::new(sweep, folder).with_context(|| file.display().to_string())?;
     let RunArguments { threads, out, record } = &arguments.run;

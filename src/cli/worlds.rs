@@ -8,7 +8,7 @@ use anyhow::bail;
 use clap::Args;
 use inbye::experiment::barn::{self, BarnSummary, OverWorlds, barn_config};
 use inbye::experiment::dynabarn::{self, dynabarn_config};
-use inbye::experiment::{Grid, Group, RunRow, Setup, World, check_programs};
+use inbye::experiment::{Grid, Group, Setup, World, check_programs};
 use inbye::local::CpuEngine;
 use inbye::report::{BenchReport, DriveView, drive_svg};
 use inbye::runtime::{Config, MissionResult, Observer};
@@ -18,10 +18,10 @@ use serde_json::json;
 use super::arguments::{above_zero, real, whole};
 use super::config::changed;
 use super::drive_text::one_line;
-use super::files::{Output, ReportFolder, open_file};
+use super::files::{Output, ReportFolder, all_written, open_file};
 use super::machine::wall_clock;
 use super::own_programs::ProgramArguments;
-use super::runs::{RunArguments, group_table, run_name, run_text, unreached};
+use super::runs::{Recorded, RunArguments, group_table, run_name, run_text, unreached};
 use super::{output, recording};
 
 /// Limits of a comparison of BARN with published figures.
@@ -93,18 +93,17 @@ impl WorldsArguments {
         self.trace.map_or_else(|| self.only.clone(), |run| Some(vec![run.world]))
     }
 
-    /// Drives all worlds with all seeds, and writes the record. Returns the rows, by world and seed, and the folder of the report.
+    /// Drives all worlds with all seeds, and writes the record. Returns the rows, by world and seed, with the folder of the report.
     fn drive(
         &self,
         title: &str,
         worlds: &[World],
         config: Config,
-    ) -> anyhow::Result<(Vec<RunRow>, ReportFolder<'_>)> {
+    ) -> anyhow::Result<(Recorded, ReportFolder<'_>)> {
         let folder = ReportFolder::create(self.report.as_deref())?;
         let seeds: Vec<u64> = (0..self.seeds).collect();
         let grid = Grid::of_worlds(title, worlds, &[Setup::unnamed(config)], &seeds)?;
-        let rows = self.run.run(&grid, |_| {})?;
-        Ok((rows, folder))
+        Ok((self.run.run(&grid, |_| {})?, folder))
     }
 
     /// Makes the run of `--trace`: draws it, writes its ticks, and prints it as text or JSON.
@@ -192,19 +191,20 @@ pub fn barn(arguments: &BarnArguments) -> anyhow::Result<bool> {
     }
     let simulator = barn_simulator(&config);
     let intro = format!("Driven at up to {max_speed} m/s in {simulator}.");
-    let (rows, folder) = of.drive("BARN", &worlds, config)?;
+    let ((rows, recorded), folder) = of.drive("BARN", &worlds, config)?;
     let summary = BarnSummary::of(&rows, &listed);
     let lines = barn_text(&summary, max_speed, &simulator).into_iter().chain(unreached(&rows));
     let object = json!({
         "summary": summary, "max_speed": max_speed, "simulator": simulator, "rows": rows,
     });
     output::result(&object, lines)?;
-    folder.write_bench(BenchReport {
+    let reported = folder.write_bench(BenchReport {
         title: "inbye: BARN",
         intro: &intro,
         barn: &rows,
         ..BenchReport::default()
-    })?;
+    });
+    all_written([recorded, reported])?;
     Ok(true)
 }
 
@@ -277,7 +277,7 @@ pub fn dynabarn(arguments: &DynaBarnArguments) -> anyhow::Result<bool> {
         return of.one_run(run, "DynaBARN", &worlds[0], &config);
     }
     let intro = format!("Driven in {DYNABARN_SIMULATOR}.");
-    let (rows, folder) = of.drive("DynaBARN", &worlds, config)?;
+    let ((rows, recorded), folder) = of.drive("DynaBARN", &worlds, config)?;
     let summary = Group::of("all", &rows);
     let object = json!({ "summary": summary, "simulator": DYNABARN_SIMULATOR, "rows": rows });
     let attributed = summary.attributed_share;
@@ -288,11 +288,12 @@ pub fn dynabarn(arguments: &DynaBarnArguments) -> anyhow::Result<bool> {
     ));
     lines.push(intro.clone());
     output::result(&object, lines.into_iter().chain(unreached(&rows)))?;
-    folder.write_bench(BenchReport {
+    let reported = folder.write_bench(BenchReport {
         title: "inbye: DynaBARN",
         intro: &intro,
         dynabarn: &rows,
         ..BenchReport::default()
-    })?;
+    });
+    all_written([recorded, reported])?;
     Ok(true)
 }

@@ -34,10 +34,11 @@ impl ZoneArguments {
         map: &OccupancyGrid,
         resolution_m: f64,
     ) -> anyhow::Result<Option<Arc<Zones>>> {
-        let load = |file: &Option<PathBuf>| {
-            file.as_ref().map(|file| map_file::load(file, resolution_m)).transpose()
+        let load = |file: &Option<PathBuf>, load: fn(&Path, f64) -> anyhow::Result<_>| {
+            file.as_ref().map(|file| load(file, resolution_m)).transpose()
         };
-        let (keepout, speed) = (load(&self.keepout)?, load(&self.speed_zones)?);
+        let keepout = load(&self.keepout, map_file::load)?;
+        let speed = load(&self.speed_zones, map_file::load_speed_mask)?;
         let zones = Zones::from_masks(map.frame(), keepout.as_ref(), speed.as_ref());
         let zones = zones.map_err(|MaskError { mask, fault }| {
             let (flag, file) = match mask {

@@ -13,7 +13,7 @@ use crate::runtime::Config;
 
 /// Number of the format of inputs and results. Raise it when the same inputs may give other results, or results are
 /// written differently, while the crate's version stays.
-pub const FORMAT: u32 = 5;
+pub const FORMAT: u32 = 6;
 
 /// Hex digits of a key: 128 bits of SHA-256.
 const KEY_DIGITS: usize = 32;
@@ -63,10 +63,14 @@ impl Cell {
 
     /// Everything that its result depends on. Not kept: it takes 20 kB, and a plan may have 100,000 cells.
     pub(super) fn inputs(&self) -> Value {
+        let mut world_settings = BitDigest::default();
+        world_settings.text(&json!(*self.world.settings).to_string());
         json!({
             "format": FORMAT,
             "version": env!("CARGO_PKG_VERSION"),
             "world": self.world.digest,
+            // The ideal time is that of the world's own robot.
+            "world_settings": world_settings.hex(),
             "seed": self.row.seed,
             "engine": self.row.engine,
             "latency_threads": self.row.latency.then_some(self.threads),

@@ -220,10 +220,8 @@ impl Grid {
 fn setups(plan: &Plan, base: &Config) -> Result<Vec<Setup>, ExperimentError> {
     let mut setups = vec![Setup::unnamed(base.clone())];
     setups = vary(setups, &plan.configs, |setup, (name, changes)| {
-        let changed = setup.config.with_table(&changes.0);
-        let place = format!("configs.{name}");
-        let bad = |error| ExperimentError::BadSettings { place, error };
-        Ok(Setup::named(name, changed.map_err(bad)?))
+        let changed = changes.applied(&format!("configs.{name}"), &setup.config)?;
+        Ok(Setup::named(name, changed))
     })?;
     setups = vary(setups, &plan.weights, |mut setup, (name, weights)| {
         setup.weights = Some(name.clone());

@@ -12,6 +12,7 @@ use toml::Table;
 use super::ExperimentError;
 use crate::local::{EngineChoice, Weights};
 use crate::map::has_own_resolution;
+use crate::runtime::Config;
 use crate::settings::{choices, commented_toml, setting_schema, settings, words};
 
 settings! {
@@ -34,6 +35,9 @@ settings! {
         /// Sets of weights by their names, each with the keys of `[local.weights]`; those left out are the paper's.
         /// Empty: the weights of the settings.
         pub weights: BTreeMap<String, Weights> = BTreeMap::new();
+        /// Changes of the worlds' own settings for all planners, with the keys of `inbye drive --config`, such as those of your own
+        /// robot. The ideal time is that of this robot.
+        pub config: Changes = Changes::default();
         /// Changes of settings by their names, each a table with the keys of `inbye drive --config`. Empty: the
         /// worlds' own settings.
         pub configs: BTreeMap<String, Changes> = BTreeMap::new();
@@ -156,9 +160,18 @@ impl Display for SamplingGrid {
 }
 
 /// Changes of settings: TOML with the keys of `inbye drive --config`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Changes(pub(super) Table);
+
+impl Changes {
+    /// Settings with the changes of this key of a plan.
+    pub(super) fn applied(&self, key: &str, settings: &Config) -> Result<Config, ExperimentError> {
+        settings
+            .with_table(&self.0)
+            .map_err(|error| ExperimentError::BadSettings { place: key.to_owned(), error })
+    }
+}
 
 impl FromStr for Changes {
     type Err = String;

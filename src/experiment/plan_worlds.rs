@@ -25,16 +25,21 @@ const NAMED: usize = 5;
 const TOUR_M: f64 = 300.0;
 
 impl Plan {
-    /// Reads all worlds of the plan, in its order. Paths are relative to this folder.
+    /// Reads all worlds of the plan, in its order, with its changes of their settings. Paths are relative to this folder.
     ///
     /// # Errors
-    /// Fails when a world cannot be read.
+    /// Fails when a world cannot be read, or the changes do not fit its settings.
     pub fn read_worlds(&self, folder: &Path) -> Result<Vec<World>, ExperimentError> {
         let mut all = Vec::new();
         for group in &self.worlds {
             let latency = group.latency;
-            let worlds = of_group(group, folder)?.into_iter();
-            all.extend(worlds.map(|world| World { latency, ..world }));
+            for world in of_group(group, folder)? {
+                let mut world = World { latency, ..world };
+                if !self.config.0.is_empty() {
+                    world.settings = Arc::new(self.config.applied("config", &world.settings)?);
+                }
+                all.push(world);
+            }
         }
         Ok(all)
     }

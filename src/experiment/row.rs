@@ -60,7 +60,8 @@ columns! {
         /// Sign changes of the turn rate per metre driven, 1/m; turn rates of at most 0.05 rad/s count as none. None where the
         /// robot did not drive.
         pub omega_sign_changes_per_m: Option<f64> => 3,
-        /// Ideal time, seconds: BARN's path at 2 m/s, elsewhere the first global path at the robot's highest speed.
+        /// Ideal time, seconds, the same for every planner: BARN's path at 2 m/s, elsewhere the first global path of the world's
+        /// own robot, before any change of settings, at its highest speed.
         pub ideal_time_s: Option<f64> => 2,
         /// Success weighted by completion time (Yokoyama, Ha and Batra 2021): ideal over actual time, at most 1; 0 without success.
         pub time_weighted_success: Option<f64> => 3,

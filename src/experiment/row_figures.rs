@@ -1,10 +1,11 @@
 //! The figures of a row: how each column follows from a run.
 
+use super::RunRow;
 use super::metrics::weighted_success;
 use super::outcome::gap_to_moving_m;
 use super::paper_drives::Deviation;
 use super::row::STANDS_BELOW;
-use super::{RunRow, barn};
+use super::world::Reference;
 use crate::bench::{Latencies, LatencySummary};
 use crate::robot::MotionEstimate;
 use crate::runtime::{Config, MissionResult, PlantKind, TraceRow};
@@ -17,6 +18,7 @@ impl RunRow {
         simulation: &Simulation,
         config: &Config,
         result: &MissionResult,
+        reference: Reference,
     ) {
         let (trace, mission) = (&result.trace, &simulation.mission);
         let last = trace.rows.last();
@@ -29,7 +31,7 @@ impl RunRow {
         self.travelled_m = result.travelled_m;
         self.min_clearance_m = Some(result.min_clearance_m).filter(|gap_m| gap_m.is_finite());
         self.omega_sign_changes_per_m = result.omega_sign_changes_per_m();
-        self.fill_metrics(simulation, config, result);
+        self.fill_metrics(config, result, reference);
         self.final_error_m = Some(libm::hypot(x_m, y_m));
         self.final_yaw_error_rad = result.final_yaw_error;
         self.plans = result.plans.len();
@@ -53,25 +55,14 @@ impl RunRow {
         self.fill_identified(&result.motion);
     }
 
-    /// Fills in the figures of the motion. The outcome and BARN's optimal time must be known.
-    fn fill_metrics(&mut self, simulation: &Simulation, config: &Config, result: &MissionResult) {
+    /// Fills in the figures of the motion. The outcome must be known.
+    fn fill_metrics(&mut self, config: &Config, result: &MissionResult, reference: Reference) {
         let (robot, period_s) = (&config.robot, config.local.control_period_s);
         self.fill_motion(&result.trace, &robot.footprint, &robot.drive(), period_s);
-        let fastest = match self.optimal_time_s {
-            Some(_) => barn::OPTIMAL_SPEED,
-            None => config.robot.limits.max_vel_x,
-        };
-        let first_m = result.plans.first().map(|plan| plan.smoothed.length_m());
-        // A run may end before the goal itself.
-        let ideal_m = self.optimal_time_s.map(|time_s| time_s * fastest).or_else(|| {
-            first_m.map(|first_m| first_m - simulation.mission.done_within_m.unwrap_or(0.0))
-        });
-        self.ideal_time_s = ideal_m.map(|ideal_m| ideal_m / fastest);
-        let (reached, actual) = (self.reached(), (result.time_s, result.travelled_m));
-        self.time_weighted_success =
-            self.ideal_time_s.map(|ideal_s| weighted_success(reached, ideal_s, actual.0));
-        self.path_weighted_success =
-            ideal_m.map(|ideal_m| weighted_success(reached, ideal_m, actual.1));
+        let (reached, Reference { path_m, time_s }) = (self.reached(), reference);
+        self.ideal_time_s = Some(time_s);
+        self.time_weighted_success = Some(weighted_success(reached, time_s, result.time_s));
+        self.path_weighted_success = Some(weighted_success(reached, path_m, result.travelled_m));
     }
 
     /// Fills in the response of the base as the drive identified it.

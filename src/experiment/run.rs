@@ -84,7 +84,8 @@ impl World {
             result => result?,
         };
         (row.outcome, row.contact_cause, row.reason) = outcome(simulation, config, &result);
-        row.fill(simulation, config, &result);
+        let reference = self.reference(&simulation.mission, config, &result);
+        row.fill(simulation, config, &result, reference);
         row.fill_times(&result.decision_s);
         match self.source.as_ref() {
             WorldSource::Barn(world) => {

@@ -12,7 +12,7 @@ use toml::Value;
 use super::plan::{listed, require};
 use super::{Changes, ExperimentError, Plan, PlanWorlds};
 use crate::base::standard_normal;
-use crate::runtime::Config;
+use crate::runtime::{Config, merge_tables};
 use crate::settings::{commented_toml, setting_schema, settings};
 
 settings! {
@@ -30,6 +30,9 @@ settings! {
         pub candidates: u32 = 12, ["", 1 to 1000];
         /// Seed of the search.
         pub search_seed: u64 = 0;
+        /// Changes of the worlds' own settings, with the keys of `inbye drive --config`, such as those of your own robot. The search
+        /// starts from these settings, and its gain is that over them.
+        pub config: Changes = Changes::default();
         /// What is searched: keys of `inbye drive --config`, such as "local.weights.path", each with `from` and `to`, and `log = true`
         /// for a logarithmic scale, or with `values`. Whole numbers give whole numbers.
         pub space: BTreeMap<String, SearchRange> = BTreeMap::new();
@@ -110,13 +113,32 @@ impl TuningPlan {
         PlanWorlds::check_all("judge", &self.judge)
     }
 
+    /// The default settings with those of the plan: whether candidates are valid is checked on them.
+    ///
+    /// # Errors
+    /// The settings of the plan are not valid.
+    pub fn base(&self) -> Result<Config, ExperimentError> {
+        self.config.applied("config", &Config::default())
+    }
+
+    /// The settings of the plan with changes of them, as TOML for `inbye drive --config`.
+    ///
+    /// # Errors
+    /// The changes are no TOML.
+    pub fn settings_with(&self, changes: &str) -> Result<String, String> {
+        let (mut table, changes) = (self.config.0.clone(), changes.parse::<Changes>()?);
+        merge_tables(&mut table, changes.0);
+        Ok(table.to_string())
+    }
+
     /// Checks that each value of a list and both ends of a range are valid for a setting. A search leaves out settings that are not
     /// valid together, and so it would leave out such a value without a word.
     ///
     /// # Errors
     /// The error names the first key and value that is not valid, alone or with a value of another key.
     pub fn check_values(&self) -> Result<(), ExperimentError> {
-        let error_of = |changes: &str| Config::default().with_changes(changes).err();
+        let base = self.base()?;
+        let error_of = |changes: &str| base.with_changes(changes).err();
         let line = |key: &str, value: &Value| format!("{key} = {value}\n");
         for (key, range) in &self.space {
             for value in range.extremes() {
@@ -167,6 +189,7 @@ impl TuningPlan {
             title: self.title.clone(),
             seeds: self.seeds.clone(),
             worlds: worlds.to_vec(),
+            config: self.config.clone(),
             configs,
             ..Plan::default()
         }

@@ -12,7 +12,7 @@ use crate::digest::BitDigest;
 use crate::geometry::Pose;
 use crate::map::{OccupancyGrid, Zones};
 use crate::navigator::Goal;
-use crate::runtime::{Config, Mission, check_start};
+use crate::runtime::{Config, Mission, MissionResult, check_start};
 use crate::sim::{SimError, Simulation, draw_plant, first_path};
 
 /// A world with the settings of its kind.
@@ -78,6 +78,15 @@ pub struct WorldSimulation {
     pub traffic: Option<TrafficKind>,
     /// Number of obstacles on the path that the map does not show.
     pub unmapped: usize,
+}
+
+/// What the runs of all planners in a world with a seed are measured against.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reference {
+    /// Length of the path, metres.
+    pub path_m: f64,
+    /// Time for it, seconds.
+    pub time_s: f64,
 }
 
 impl World {
@@ -174,6 +183,33 @@ impl World {
         }
     }
 
+    /// The reference of a run: BARN's own path at its fixed speed, elsewhere the first path of inbye's global planner at the highest
+    /// speed, both with the world's own settings. Those of the run have no part in it: a slow robot would be measured against its own speed.
+    /// Where the world's own robot has no path, the straight line to the first stop is the path.
+    pub(super) fn reference(
+        &self,
+        mission: &Mission,
+        config: &Config,
+        result: &MissionResult,
+    ) -> Reference {
+        if let WorldSource::Barn(world) = self.source.as_ref() {
+            let time_s = world.optimal_time_s;
+            return Reference { path_m: time_s * barn::OPTIMAL_SPEED, time_s };
+        }
+        let own = || {
+            let goal = mission.stops().first().copied().unwrap_or(mission.goal);
+            let mission = Mission { goal, via: Vec::new(), ..mission.clone() };
+            let straight_m = (goal.position - mission.start.position()).norm();
+            first_path(&mission, &self.settings).map_or(straight_m, |path| path.length_m())
+        };
+        // A search of a large map takes long, and most runs have made it.
+        let found = result.plans.first().filter(|_| plans_alike(config, &self.settings));
+        let first_m = found.map_or_else(own, |plan| plan.smoothed.length_m());
+        // A run may end before the goal itself.
+        let path_m = first_m - mission.done_within_m.unwrap_or(0.0);
+        Reference { path_m, time_s: path_m / self.settings.robot.limits.max_vel_x }
+    }
+
     /// The simulation of a seed.
     ///
     /// # Errors
@@ -199,6 +235,15 @@ impl World {
             }
         })
     }
+}
+
+/// Whether settings plan the first path of a mission as the settings of its world do, with inbye's global planner.
+fn plans_alike(config: &Config, of_world: &Config) -> bool {
+    !config.global_planner.is_set()
+        && config.unknown == of_world.unknown
+        && config.robot.footprint == of_world.robot.footprint
+        && config.global == of_world.global
+        && config.navigator == of_world.navigator
 }
 
 impl Route {

@@ -144,7 +144,7 @@ impl MapError {
 }
 
 /// A suspicious entry of a map file. The map is loaded regardless.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MapWarning {
     /// An unknown key that is probably a misspelling of a known one. It is ignored.
@@ -156,15 +156,30 @@ pub enum MapWarning {
         /// The known key that it resembles.
         suggestion: &'static str,
     },
+    /// In `mode: scale`, thresholds other than 0 and 1: values are not the percentages of the image. That is usual for a map, but a
+    /// mask of speed limits then has other limits than its greys say. Nav2 reads it in the same way.
+    ClippedScale {
+        /// Values up to this share are 0.
+        free_thresh: f64,
+        /// Values from this share on are 100.
+        occupied_thresh: f64,
+    },
 }
 
 impl Display for MapWarning {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> fmt::Result {
-        let Self::MisspelledKey { line, found, suggestion } = self;
-        write!(
-            formatter,
-            "line {line}: unknown key `{found}` is ignored: did you mean `{suggestion}`?"
-        )
+        match self {
+            Self::MisspelledKey { line, found, suggestion } => write!(
+                formatter,
+                "line {line}: unknown key `{found}` is ignored: did you mean `{suggestion}`?"
+            ),
+            Self::ClippedScale { free_thresh, occupied_thresh } => write!(
+                formatter,
+                "`mode: scale` with `free_thresh: {free_thresh}` and `occupied_thresh: {occupied_thresh}`: zones that are at most \
+                 {free_thresh} dark have no limit, and the limits of darker ones are scaled between the thresholds: set \
+                 `free_thresh: 0.0` and `occupied_thresh: 1.0`"
+            ),
+        }
     }
 }
 

@@ -137,7 +137,7 @@ impl MapYaml {
     fn parse(text: &str) -> Result<Self, MapError> {
         let file = Entries::parse(text)?;
         let [x, y, yaw] = file.get("origin", "three finite numbers, [x, y, yaw]", triple)?;
-        let parsed = Self {
+        let mut parsed = Self {
             image: file.get("image", "the path of an image", path)?,
             image_line: file.required("image")?.0,
             resolution_m: file.get(
@@ -156,6 +156,10 @@ impl MapYaml {
             },
             warnings: file.warnings(),
         };
+        let (free_thresh, occupied_thresh) = (parsed.free_thresh, parsed.occupied_thresh);
+        if parsed.mode == Mode::Scale && (free_thresh > 0.0 || occupied_thresh < 1.0) {
+            parsed.warnings.push(MapWarning::ClippedScale { free_thresh, occupied_thresh });
+        }
         if parsed.free_thresh < parsed.occupied_thresh {
             Ok(parsed)
         } else {
@@ -177,18 +181,17 @@ impl Entries {
 
     /// Warnings for unknown keys that resemble a known one, in the order of their lines.
     fn warnings(&self) -> Vec<MapWarning> {
-        let warning = |(found, entry): (&String, &Spanned<Value>)| {
+        let misspelled = |(found, entry): (&String, &Spanned<Value>)| {
             let is_unknown = !KEYS.contains(&found.as_str());
             let suggestion = closest_name(found, KEYS).filter(|_| is_unknown)?;
-            Some(MapWarning::MisspelledKey {
-                line: entry.referenced.line() as usize,
-                found: found.clone(),
-                suggestion,
-            })
+            let line = entry.referenced.line() as usize;
+            let found = found.clone();
+            Some((line, MapWarning::MisspelledKey { line, found, suggestion }))
         };
-        let mut warnings: Vec<MapWarning> = self.entries.iter().filter_map(warning).collect();
-        warnings.sort_by_key(|MapWarning::MisspelledKey { line, .. }| *line);
-        warnings
+        let mut warnings: Vec<(usize, MapWarning)> =
+            self.entries.iter().filter_map(misspelled).collect();
+        warnings.sort_by_key(|(line, _)| *line);
+        warnings.into_iter().map(|(_, warning)| warning).collect()
     }
 
     /// Line and value of a required key.

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use super::decision::{MAX_OBSTACLES, MAX_SAMPLES};
-use super::scene::{Scene, free_way_m};
+use super::scene::{Scene, clearance_m, free_way_m};
 use crate::geometry::{Point, Pose, Vector};
 use crate::local::{CpuEngine, Normalization, Sampler, Stopping, Weights};
 use crate::map::MovingDisc;
@@ -19,7 +19,7 @@ use crate::navigator::Goal;
 use crate::report::{MissionView, PlaybackRecorder, Report, html};
 use crate::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
 use crate::server::HttpError;
-use crate::sim::{MovingObstacle, MovingObstacles, SimError, Simulation};
+use crate::sim::{MovingObstacles, SimError, Simulation};
 
 /// Longest drive: simulated seconds, and time of its computation.
 const TIME_LIMIT_S: f64 = 600.0;
@@ -138,8 +138,9 @@ impl<'a> Drive<'a> {
         local.stopping = request.stopping;
         let people: Vec<Person> =
             request.people.iter().map(|disc| Person::new(scene, disc)).collect();
-        let moving: Result<_, SimError> = people.iter().map(Person::moving).collect();
-        let moving = moving.map_err(|error| HttpError::bad_request(error.to_string()))?;
+        let people = people_text(&people);
+        let moving_obstacles = moving_obstacles(scene, request.start, &people)
+            .map_err(|error| HttpError::bad_request(error.to_string()))?;
         let [x, y] = request.goal;
         let goal = Goal::at(Point::new(x, y));
         let is_late = Arc::new(AtomicBool::new(false));
@@ -149,10 +150,7 @@ impl<'a> Drive<'a> {
             zones: scene.zones.clone(),
             ..Mission::new(Arc::clone(&scene.map), Pose::from(request.start), goal)
         };
-        let simulation = Simulation {
-            moving_obstacles: MovingObstacles::new(moving),
-            ..Simulation::new(mission)
-        };
+        let simulation = Simulation { moving_obstacles, ..Simulation::new(mission) };
         let command = command(scene, request, &config, &people);
         Ok(Self { scene, config, simulation, is_late, command })
     }
@@ -205,15 +203,15 @@ impl Person {
         let (direction, walked_m) = if speed > 0.0 {
             let direction = Vector::new(disc.vx, disc.vy) / speed;
             let field = &scene.field;
-            (direction, free_way_m(field, &from, &direction, disc.radius, WALK_STEP_M, WALK_M))
+            let has_room = |point: &Point| {
+                let cell = field.frame().cell_of(point);
+                cell.is_some_and(|cell| clearance_m(field, cell) > disc.radius)
+            };
+            (direction, free_way_m(has_room, &from, &direction, WALK_STEP_M, WALK_M))
         } else {
             (Vector::ZERO, 0.0)
         };
         Self { radius_m: disc.radius, speed, route: [from, from + direction * walked_m] }
-    }
-
-    fn moving(&self) -> Result<MovingObstacle, SimError> {
-        MovingObstacle::patrol(self.radius_m, self.speed, self.route.to_vec())
     }
 
     /// The person in a file of moving obstacles.
@@ -223,16 +221,40 @@ impl Person {
     }
 }
 
+/// The content of the file of people in a command; empty without people.
+fn people_text(people: &[Person]) -> String {
+    if people.is_empty() {
+        return String::new();
+    }
+    let people: Vec<Value> = people.iter().map(Person::json).collect();
+    json!(people).to_string()
+}
+
+/// The people of a file, with the checks of `inbye drive --obstacles`: the page rejects what the printed command would reject.
+fn moving_obstacles(
+    scene: &Scene,
+    start: [f64; 3],
+    people: &str,
+) -> Result<MovingObstacles, SimError> {
+    if people.is_empty() {
+        return Ok(MovingObstacles::default());
+    }
+    let ground = scene.map.obstacles(scene.config.unknown);
+    let moving = MovingObstacles::parse(people, PEOPLE_FILE, &ground, 0)?;
+    let footprint = &scene.config.robot.footprint;
+    moving.check_start_in((people, PEOPLE_FILE), &Pose::from(start), footprint)?;
+    Ok(moving)
+}
+
 /// The command of a shell that repeats a drive, with the file of its people.
-fn command(scene: &Scene, request: &DriveRequest, config: &Config, people: &[Person]) -> String {
+fn command(scene: &Scene, request: &DriveRequest, config: &Config, people: &str) -> String {
     let ([x, y, yaw], [goal_x, goal_y]) = (request.start, request.goal);
     let mut text = String::new();
     let file = if people.is_empty() {
         "0"
     } else {
-        let people: Vec<Value> = people.iter().map(Person::json).collect();
         // Writing to a text never fails.
-        let _ = writeln!(text, "echo '{}' > {PEOPLE_FILE}", json!(people));
+        let _ = writeln!(text, "echo '{people}' > {PEOPLE_FILE}");
         PEOPLE_FILE
     };
     let _ = write!(

@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 
 use crate::geometry::{Point, Pose, Vector, wrap_angle};
 use crate::local::{ClearanceField, ProblemError};
-use crate::map::{Cell, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones};
-use crate::robot::Footprint;
+use crate::map::{
+    Cell, FreeSpace, MovingDisc, ObstacleGrid, OccupancyGrid, UNKNOWN, UnknownPolicy, Zones,
+};
 use crate::runtime::Config;
 use crate::sim::{self, SCENE_NAMES};
 
@@ -152,9 +153,9 @@ impl Scene {
         let obstacles = map.obstacles(config.unknown);
         let cells = cells(&map, &obstacles, zones.as_deref());
         let closed = zones.as_deref().map(|zones| zones.with_obstacles(&obstacles));
-        let field = ClearanceField::new(closed.as_ref().unwrap_or(&obstacles))?;
-        let footprint = &config.robot.footprint;
-        let situation = situation.unwrap_or_else(|| most_clearance(&field, footprint));
+        let closed = closed.as_ref().unwrap_or(&obstacles);
+        let field = ClearanceField::new(closed)?;
+        let situation = situation.unwrap_or_else(|| most_clearance(&field, closed, config));
         Ok(Self {
             name: name.to_owned(),
             title: title.to_owned(),
@@ -191,21 +192,30 @@ fn field_bytes(field: &ClearanceField) -> Bytes {
     bytes.into()
 }
 
-/// A robot at the position farthest from all obstacles, in the direction with the longest free path, and a goal there.
-fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> DecisionInput {
+/// A robot at the position farthest from all obstacles and from the edge of the map, in the direction with the longest free path, and a
+/// goal there, in a cell that global planning accepts.
+fn most_clearance(
+    field: &ClearanceField,
+    obstacles: &ObstacleGrid,
+    config: &Config,
+) -> DecisionInput {
     let frame = field.frame();
-    let units = field.units().iter().enumerate();
     // Of equal cells the one nearest to the middle: on an empty map the robot starts there.
     let middle = frame.index(Cell::new(frame.width / 2, frame.height / 2));
-    let best =
-        units.max_by_key(|(index, units)| (**units, core::cmp::Reverse(index.abs_diff(middle))));
-    let center = frame.center_of(frame.cell_at(best.map_or(0, |(index, _)| index)));
-    let clearance = footprint.circumscribed_radius_m();
-    let step = frame.resolution_m.min(clearance);
+    let best = frame.cells().max_by(|&one, &other| {
+        let to_middle = |cell| frame.index(cell).abs_diff(middle);
+        let by_clearance = clearance_m(field, one).total_cmp(&clearance_m(field, other));
+        by_clearance.then(to_middle(other).cmp(&to_middle(one)))
+    });
+    let center = frame.center_of(best.unwrap_or(frame.cell_at(0)));
+    let planner = config.route_planner(frame.resolution_m);
+    let free = FreeSpace::new(obstacles, planner.least_radius_m());
+    let step = frame.resolution_m.min(config.robot.footprint.circumscribed_radius_m());
     let ahead = |yaw: f64| {
         let (sine, cosine) = libm::sincos(yaw);
         let direction = Vector::new(cosine, sine);
-        free_way_m(field, &center, &direction, clearance, step, GOAL_DISTANCE_M)
+        let is_free = |point: &Point| frame.cell_of(point).is_some_and(|cell| free.is_free(cell));
+        free_way_m(is_free, &center, &direction, step, GOAL_DISTANCE_M)
     };
     let yaws = (0..DIRECTIONS).map(|part| {
         let yaw = wrap_angle(core::f64::consts::TAU * f64::from(part) / f64::from(DIRECTIONS));
@@ -222,23 +232,23 @@ fn most_clearance(field: &ClearanceField, footprint: &Footprint) -> DecisionInpu
     }
 }
 
-/// How far a disc can go in a direction, a unit vector, in steps up to a distance, metres.
+/// Distance of the centre of a cell from the nearest obstacle and from the edge of the map, metres.
+pub(super) fn clearance_m(field: &ClearanceField, cell: Cell) -> f64 {
+    let frame = field.frame();
+    let to_edge_m = f64::from(frame.cells_to_edge(cell)) * frame.resolution_m;
+    (f64::from(field.units()[frame.index(cell)]) * field.unit_m()).min(to_edge_m)
+}
+
+/// How far free points follow one another in a direction, a unit vector, in steps up to a distance, metres.
 pub(super) fn free_way_m(
-    field: &ClearanceField,
+    is_free: impl Fn(&Point) -> bool,
     from: &Point,
     direction: &Vector,
-    radius_m: f64,
     step_m: f64,
     most_m: f64,
 ) -> f64 {
-    let frame = field.frame();
-    let is_free = |way_m: f64| {
-        frame.cell_of(&(*from + *direction * way_m)).is_some_and(|cell| {
-            f64::from(field.units()[frame.index(cell)]) * field.unit_m() > radius_m
-        })
-    };
     let mut way_m = 0.0;
-    while way_m + step_m <= most_m && is_free(way_m + step_m) {
+    while way_m + step_m <= most_m && is_free(&(*from + *direction * (way_m + step_m))) {
         way_m += step_m;
     }
     way_m

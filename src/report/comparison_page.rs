@@ -27,6 +27,20 @@ pub struct ComparisonReport<'a> {
     pub rows: &'a [RunRow],
     /// File name of a page that plays a run, by the run's key.
     pub plays: &'a BTreeMap<String, String>,
+    /// The search of settings that the runs judge; none of another comparison.
+    pub search: Option<SearchResult<'a>>,
+}
+
+/// The result of a search of settings. Its successes are means weighted by completion time: that of the settings without changes,
+/// then that of the tuned ones.
+#[derive(Clone, Copy, Debug)]
+pub struct SearchResult<'a> {
+    /// The tuned settings as TOML, those that differ; empty where no candidate was better.
+    pub changes: &'a str,
+    /// On the worlds of the search.
+    pub train: [f64; 2],
+    /// On the other worlds.
+    pub judge: [f64; 2],
 }
 
 /// Columns of the table of motions.
@@ -45,15 +59,17 @@ pub fn comparison_files(report: &ComparisonReport<'_>) -> Vec<ReportFile> {
     ];
     let intro = format!(
         "{note}\n\n\
-        Every planner drives the same worlds with the same seeds, the same global planner and the same obstacle model. \
+        Every planner drives the same worlds with the same seeds. What its settings do not change is the same for all. \
         The order is that of the mean success weighted by completion time: ideal over actual time where the goal was reached, \
-        else 0.\n\n\
+        else 0. The ideal time of a world and seed is the same for all: that of the world's own robot, before a planner's settings \
+        change it, along its first path at its highest speed; in BARN, that of the benchmark's path at 2 m/s.\n\n\
         The difference to the best planner is paired by world and seed. Its interval of 95 % confidence comes from 10,000 \
         resamples of the worlds; with fewer than 6 worlds there is none. Where it contains zero, the difference may be chance."
     );
     let names = planner_names(rows);
     let content = html! {
         (page_header(title, &intro, machine, &html! {}))
+        @if let Some(search) = &report.search { (search_section(search)) }
         @for ranking in ranked.chunk_by(|one, next| one.kind == next.kind) {
             (kind_section(report, &names, ranking))
         }
@@ -62,6 +78,31 @@ pub fn comparison_files(report: &ComparisonReport<'_>) -> Vec<ReportFile> {
     };
     let page = document(title, "", "", &content);
     [vec![ReportFile::new("index.html", page)], data].concat()
+}
+
+/// The tuned settings, and their gain on both sets of worlds.
+fn search_section(search: &SearchResult<'_>) -> Markup {
+    let SearchResult { changes, train, judge } = *search;
+    let rows = html! {
+        @for (worlds, [default, tuned]) in [("of the search", train), ("others", judge)] { tr {
+            td { (worlds) }
+            td { (fixed(default, 3)) }
+            td { (fixed(tuned, 3)) }
+            td { (fixed(tuned - default, 3)) }
+        } }
+    };
+    html! {
+        section {
+            h2 { "Tuned settings" }
+            @if changes.is_empty() {
+                p { "No candidate was better than the settings without changes." }
+            } @else {
+                pre { (changes.trim_end()) }
+            }
+            p { "A gain on the worlds of the search alone is overfitting." }
+            (scrolling_table("gain", None, ["worlds", "default", "tuned", "gain"].into_iter(), &rows))
+        }
+    }
 }
 
 /// A ranking with its tables.

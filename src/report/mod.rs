@@ -39,7 +39,7 @@ mod sweep_charts;
 #[cfg(feature = "png")]
 pub use animation::{AnimationError, gif_animation};
 pub use bench_page::{BenchReport, bench_files, bench_svg};
-pub use comparison_page::{ComparisonReport, comparison_files};
+pub use comparison_page::{ComparisonReport, SearchResult, comparison_files};
 pub use decision_picture::{DecisionView, decision_svg};
 pub use map::PathStages;
 pub use map_pictures::{DriveView, PlanMetrics, PlanOutcome, PlanView, drive_svg, plan_svg};

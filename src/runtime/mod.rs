@@ -40,6 +40,8 @@ pub use robot_interface::{GroundTruth, OdometryReading, Robot, SensorData};
 pub use simulation_settings::SimulationSettings;
 #[cfg(feature = "experiment")]
 pub(crate) use start_pose::check_start;
+#[cfg(feature = "experiment")]
+pub(crate) use toml_text::merge_tables;
 pub use toml_text::{TomlError, parse_toml};
 #[doc(hidden)]
 pub use toml_text::{is_other_variant, plain_message};

@@ -125,7 +125,7 @@ fn find(table: &Table, key: &str, path: &str) -> Option<String> {
 }
 
 /// Replaces the values that a table of changes has, also in nested tables.
-fn merge_tables(table: &mut Table, changes: Table) {
+pub(crate) fn merge_tables(table: &mut Table, changes: Table) {
     for (name, value) in changes {
         match (table.get_mut(&name), value) {
             (Some(Value::Table(inner)), Value::Table(changes))

@@ -206,6 +206,17 @@ impl MovingObstacles {
         robot: &Pose,
         footprint: &Footprint,
     ) -> Result<(), SimError> {
+        let text = read_text(file).unwrap_or_default();
+        self.check_start_in((&text, &file.display().to_string()), robot, footprint)
+    }
+
+    /// As [`Self::check_start`], for the text of a file and its name.
+    pub(crate) fn check_start_in(
+        &self,
+        (text, file): (&str, &str),
+        robot: &Pose,
+        footprint: &Footprint,
+    ) -> Result<(), SimError> {
         let touches =
             |disc: MovingDisc| footprint.gap_to_disc_m(robot, &disc.center(), disc.radius) <= 0.0;
         let states = self.states();
@@ -213,8 +224,7 @@ impl MovingObstacles {
             return Ok(());
         };
         let reason = SimError::TouchesRobot { x: robot.x, y: robot.y };
-        let text = read_text(file).unwrap_or_default();
-        Err(invalid(index, reason, &text, &file.display().to_string()))
+        Err(invalid(index, reason, text, file))
     }
 }
 

@@ -36,8 +36,8 @@ def run(
 
     Each of ``controllers``, by its name, also drives every world and seed of the plan: a callable,
     an object with ``compute_velocity``, or a class of such objects, with one for each run. An
-    object is reset before each run. Controllers drive with each world's own settings: ``configs``,
-    ``weights`` and ``sampling`` of the plan are not for them.
+    object is reset before each run. Controllers drive with each world's own settings and the
+    changes of the plan's ``config``: ``configs``, ``weights`` and ``sampling`` are not for them.
 
     An exception of a controller, and Ctrl-C, ends all runs: :func:`rows_before` returns the figures
     of the runs before it.

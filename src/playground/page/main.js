@@ -16,7 +16,10 @@ const setup = await (await fetch("/setup")).json();
 const view = new View();
 const state = { scene: setup.scenes[0], problem: null, map: null, shown: null, selected: null };
 const scenes = new Map();
-let colours = readColours(), gpu = null, withoutGpu = "", version = 0, isRunning = false, isDrawn = true, decisions = 0;
+let colours = readColours(), gpu = null, version = 0, isRunning = false, isDrawn = true, decisions = 0;
+
+// Opening the device takes seconds on some machines: the page shows the server's decision meanwhile.
+let isOpening = true, withoutGpu = "WebGPU is being opened. The page shows the decision of the server's CPU engine until then.";
 
 const handles = new Handles(stage, view, () => state.problem, changed, removeObstacle);
 const showControls = makeControls(find("sliders"), () => state.problem, changed);
@@ -64,7 +67,7 @@ async function run() {
     }
   }
   isRunning = false;
-  busy.setAttribute("aria-busy", "false");
+  busy.setAttribute("aria-busy", String(isOpening));
 }
 
 async function ask(path, problem) {
@@ -188,6 +191,7 @@ function fit() {
 async function enter(scene) {
   state.scene = scene;
   state.problem = structuredClone(scene.problem);
+  find("drive").disabled = false;
   state.shown = state.selected = state.map = null;
   const { cells } = await sceneData(scene);
   state.map = mapImage(scene, cells, colours);
@@ -279,8 +283,9 @@ async function begin() {
   find("scene").append(...setup.scenes.map(({ name, title }) => new Option(title, name)));
   resize();
   listen();
-  await open();
-  await enter(state.scene);
+  await Promise.all([enter(state.scene), open()]);
+  isOpening = false;
+  changed();
 }
 
 await begin();

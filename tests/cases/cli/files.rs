@@ -108,6 +108,47 @@ fn results_are_printed_before_files_that_cannot_be_written() {
     }
 }
 
+/// The runs may have taken hours.
+#[test]
+fn full_disk_of_one_file_does_not_prevent_the_result_and_the_other_files() {
+    let place = Workplace::with_room();
+    for name in ["full.csv", "full.toml"] {
+        symlink("/dev/full", place.path(name)).expect("a link");
+    }
+    let world = |route: &str| {
+        format!("kind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.2\nroutes = [{route}]\n")
+    };
+    let there = world("{ start = [1, 1.5, 0], goal = [5, 1.5] }");
+    let back = world("{ start = [5, 1.5, 3.1], goal = [1, 1.5] }");
+    place.write("compare.toml", format!("[[worlds]]\n{there}"));
+    let tune = "rounds = 1\ncandidates = 1\n[space]\n\"local.vx_samples\" = { from = 8, to = 9 }\n";
+    place.write("tune.toml", format!("{tune}[[train]]\n{there}[[judge]]\n{back}"));
+    for (arguments, files) in [
+        ("bench compare compare.toml --report compared", &["compared/index.html"][..]),
+        ("bench soak --missions 1 --longest 5 --report soaked", &["soaked/index.html"]),
+        ("tune tune.toml --report tuned --save tuned.toml", &["tuned/index.html", "tuned.toml"]),
+    ] {
+        let run = place.run(&format!("{arguments} --record full.csv --json"));
+        assert_eq!(run.status, 2, "{arguments}: {run:?}");
+        // The result, then the error.
+        let [result, error] = &run.stdout.lines().collect::<Vec<_>>()[..] else {
+            panic!("{arguments}: {run:?}")
+        };
+        assert!(result.contains("ranked") || result.contains("summary"), "{run:?}");
+        assert!(error.starts_with("{\"error\":"), "{run:?}");
+        let has = |words: &str| run.errors.iter().any(|line| line.contains(words));
+        assert!(has("--record full.csv: No space left on device"), "{arguments}: {run:?}");
+        for file in files {
+            assert!(place.path(file).exists(), "{arguments}: no {file}");
+        }
+    }
+    // The report comes after the settings, which cannot be saved.
+    let run = place.run("tune tune.toml --report other --save full.toml");
+    assert_eq!(run.status, 2, "{run:?}");
+    assert!(run.stdout.contains("other worlds") && place.path("other/index.html").exists());
+    assert!(run.errors.iter().any(|line| line.contains("--save full.toml: No space")), "{run:?}");
+}
+
 #[test]
 fn command_that_fails_keeps_the_output_of_an_earlier_one() {
     let place = Workplace::new();

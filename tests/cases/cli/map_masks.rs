@@ -48,6 +48,33 @@ fn hall() -> Workplace {
     place
 }
 
+/// Nav2 scales such a mask in the same way: a warning, no error.
+#[test]
+fn speed_mask_with_the_thresholds_of_a_map_gets_a_warning() {
+    let place = hall();
+    let grey = |column, _| if (160..200).contains(&column) { 128 } else { 230 };
+    write_map(&place, "clipped", &format!("{TRINARY}mode: scale\n"), grey);
+    write_map(&place, "exact", SCALE, grey);
+    let warnings = |arguments: &str| {
+        let run = place.run(&format!("plan {arguments}"));
+        assert_eq!(run.status, 0, "{run:?}");
+        run.errors
+    };
+    let found = warnings(&format!("{ENDS} --speed-zones clipped.yaml"));
+    assert_eq!(found.len(), 1, "{found:?}");
+    for part in [
+        "warning: --speed-zones clipped.yaml: ",
+        "`free_thresh: 0.196` and `occupied_thresh: 0.65`",
+        "set `free_thresh: 0.0` and `occupied_thresh: 1.0`",
+    ] {
+        assert!(found[0].contains(part), "{found:?}");
+    }
+    assert_eq!(warnings(&format!("{ENDS} --speed-zones exact.yaml")), [""; 0]);
+    // A map has such thresholds as a rule.
+    let map = "--map clipped.yaml --unknown free --start 2,2 --goal 4,2";
+    assert_eq!(warnings(map), [""; 0]);
+}
+
 const ENDS: &str = "--map hall.yaml --start 2,2 --goal 10,2";
 
 fn number(object: &Value, name: &str) -> f64 {

@@ -91,6 +91,70 @@ fn space_without_valid_settings_is_refused_with_the_reason() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn interrupted_search_prints_one_object_with_what_it_has() {
+    let place = place();
+    let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
+    let long = plan.replace("rounds = 2\ncandidates = 2", "rounds = 100\ncandidates = 20");
+    place.write("plans/long.toml", long);
+    let command = "tune plans/long.toml --json --out out --threads 1 --save tuned.toml";
+    let (status, stdout, stderr) = place.interrupted(command, "out/round-1/cells");
+    assert_eq!((status, stdout.lines().count()), (1, 1), "{stdout}{stderr}");
+    let object: Value = serde_json::from_str(&stdout).expect("JSON");
+    assert_eq!(object["interrupted"], true, "{object}");
+    assert!(object["candidates"].as_array().is_some_and(|all| all.len() >= 21), "{object}");
+    assert!(object["changes"].is_string() && object["train"]["tuned"].is_number(), "{object}");
+    assert_eq!([&object["judge"], &object["ranked"]], [&Value::Null, &json!([])], "{object}");
+    assert!(!place.path("tuned.toml").exists(), "settings that are not judged are not saved");
+}
+
+/// A search for a robot starts from the settings of that robot.
+#[test]
+fn search_starts_from_the_settings_of_the_plan_and_saves_them_too() {
+    let place = place();
+    let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
+    let own =
+        "[config]\nrobot.limits.max_vel_x = 0.3\n[config.navigator]\nlookahead_m = 2.5\n[space]";
+    let space = "\"robot.limits.max_vel_x\" = { from = 0.3, to = 0.31 }";
+    let plan = plan.replace("\"local.vx_samples\" = { from = 2, to = 12 }", space);
+    place.write("plans/own.toml", plan.replace("[space]", own));
+    let run =
+        place.run("tune plans/own.toml --save tuned.toml --record rows.json --report page --json");
+    assert_eq!(run.status, 0, "{run:?}");
+    let object: Value = serde_json::from_str(&run.stdout).expect("standard output is JSON");
+    let rows = std::fs::read_to_string(place.path("rows.json")).expect("rows");
+    let rows: Vec<Value> = serde_json::from_str(&rows).expect("rows");
+    // 4 m at 0.3 m/s: the robot is measured against its own speed, not that of the default robot.
+    for row in &rows {
+        let ideal_s = row["ideal_time_s"].as_f64().expect("a time");
+        assert!((13.0..14.0).contains(&ideal_s), "{row}");
+        assert!(row["time_s"].as_f64() >= Some(ideal_s), "{row}");
+    }
+    let saved = std::fs::read_to_string(place.path("tuned.toml")).expect("the file");
+    let saved: toml::Table = saved.parse().expect("TOML");
+    let tuned = saved["robot"]["limits"]["max_vel_x"].as_float().expect("a number");
+    assert!(tuned > 0.3 && tuned < 0.31, "{saved}");
+    assert_eq!(saved["navigator"]["lookahead_m"].as_float(), Some(2.5), "{saved}");
+    assert_eq!(place.run("config --check tuned.toml").status, 0);
+    // The page shows what was tuned, and the gain on both sets of worlds.
+    let page = std::fs::read_to_string(place.path("page/index.html")).expect("a page");
+    assert!(page.contains("<h2>Tuned settings</h2>"), "{page}");
+    for worlds in ["train", "judge"] {
+        for settings in ["default", "tuned"] {
+            let success = object[worlds][settings].as_f64().expect("a number");
+            assert!(page.contains(&format!("<td>{success:.3}</td>")), "{worlds} {settings}");
+        }
+    }
+    let changes = object["changes"].as_str().expect("a text");
+    assert_eq!(changes, format!("robot.limits.max_vel_x = {tuned}\n"));
+    assert!(page.contains(&format!("<pre>{}</pre>", changes.trim_end())), "{page}");
+    assert!(page.contains("overfitting"), "{page}");
+    place.write("plans/own.toml", plan.replace("[space]", "[config]\nlocal.sampels = 1\n[space]"));
+    let refusal = place.refusal("tune plans/own.toml");
+    assert!(refusal.contains("config: unknown field `sampels`"), "{refusal}");
+}
+
 #[test]
 fn unusable_range_is_shown_as_written() {
     let place = place();

@@ -16,8 +16,9 @@ use crate::support::browser::program::{self, BrowserTest, Program};
 pub fn trials() -> Vec<Trial> {
     let in_browser: [(&str, BrowserTest); 1] = [("page_drives_to_the_goal", page_drives)];
     let mut trials = program::trials(&in_browser);
-    let tests: [(&str, ServerTest); 3] = [
+    let tests: [(&str, ServerTest); 4] = [
         ("drive_is_repeated_by_its_command", command_repeats_the_drive),
+        ("first_drive_on_an_own_map_reaches_its_goal", first_drive_on_an_own_map),
         ("zones_are_shown_and_kept", zones_are_shown_and_kept),
         ("drives_out_of_range_are_rejected", out_of_range),
     ];
@@ -140,6 +141,38 @@ fn zones_are_shown_and_kept() -> Result<(), Failed> {
     Ok(())
 }
 
+/// Maps without walls at their edge, and one that is turned: the first drive of the page succeeds.
+fn first_drive_on_an_own_map() -> Result<(), Failed> {
+    let folder = TempDir::new()?;
+    let at = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    // The farthest places from the block are the corners, where no robot fits.
+    let block = GrayImage::from_fn(60, 60, |column, row| {
+        let is_solid = (25..35).contains(&column) && (25..35).contains(&row);
+        Luma([if is_solid { 0 } else { 254 }])
+    });
+    block.save(at("block.png"))?;
+    for (name, yaw) in [("open.yaml", 0.0), ("turned.yaml", 0.6)] {
+        let yaml = format!(
+            "image: block.png\nresolution: 0.1\norigin: [1, 2, {yaw}]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"
+        );
+        fs::write(at(name), yaml)?;
+        let served = Served::start(&["--map", &at(name)])?;
+        let problem = served.problem()?;
+        let mut request = request(&served)?;
+        for (key, value) in [
+            ("scene", &json!("map")),
+            ("start", &problem["robot"]["pose"]),
+            ("goal", &problem["target"]),
+            ("people", &json!([])),
+        ] {
+            request[key] = value.clone();
+        }
+        let drive = served.request("POST", "/drive", &request.to_string())?.json()?;
+        assert_eq!(drive["reached"], true, "{name}: {drive}");
+    }
+    Ok(())
+}
+
 fn out_of_range() -> Result<(), Failed> {
     let served = Served::start(&[])?;
     let changed = |key: &str, value: Value| -> Result<String, Failed> {
@@ -148,6 +181,7 @@ fn out_of_range() -> Result<(), Failed> {
         Ok(request.to_string())
     };
     let person = json!({ "x": 5.0, "y": 9.0, "radius": -0.3, "vx": 0.0, "vy": 0.0 });
+    let at = |x: f64, y: f64| json!({ "x": x, "y": y, "radius": 0.3, "vx": 0.0, "vy": 0.0 });
     for (body, text) in [
         ("{}".to_owned(), "missing field"),
         (changed("scene", json!("elsewhere"))?, "no such scene"),
@@ -156,6 +190,8 @@ fn out_of_range() -> Result<(), Failed> {
         (changed("vx_samples", json!(100_000))?, "at most"),
         (changed("sim_time_s", json!(-1.0))?, "sim_time_s"),
         (changed("people", json!([person]))?, "radius"),
+        (changed("people", json!([at(2.3, 8.7)]))?, "touches the robot"),
+        (changed("people", json!([at(-1.0, 8.7)]))?, "outside the map"),
     ] {
         let answer = served.request("POST", "/drive", &body)?;
         let error = answer.json()?["error"].to_string();
