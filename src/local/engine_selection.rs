@@ -64,7 +64,7 @@ pub fn open_engine(choice: &EngineChoice, threads: usize) -> Result<SelectedEngi
 /// CPU continues with the same bits and the GPU is reopened later, see [`Failover`](super::Failover). Unless `gpu_required`
 /// is set, the same is true of a GPU that does not open at the start.
 ///
-/// The GPU has 50 ms for each answer.
+/// The GPU has 50 ms for each answer. A call in which its driver blocks for longer is not ended; it counts as a failure afterwards.
 ///
 /// # Errors
 /// With `gpu_required`, when the choice is the CPU or the GPU does not open. When the system refuses a thread.
@@ -73,16 +73,42 @@ pub fn open_with_fallback(
     threads: usize,
     gpu_required: bool,
 ) -> Result<SelectedEngine, EngineError> {
-    let EngineChoice::Gpu(name) = choice else {
-        let selected = open_cpu(threads)?;
-        return if gpu_required {
-            Err(EngineError::GpuRequired { selected: selected.description })
-        } else {
-            Ok(selected)
-        };
-    };
+    match choice {
+        EngineChoice::Gpu(name) => {
+            open_failover(name.as_deref(), threads, gpu_required, Some(DRIVING_TIMEOUT))
+        }
+        EngineChoice::Cpu if gpu_required => {
+            let selected = CpuEngine::with_threads(threads)?.name();
+            Err(EngineError::GpuRequired { selected })
+        }
+        EngineChoice::Cpu => open_cpu(threads),
+    }
+}
+
+/// Opens the chosen engine for a replay. As [`open_with_fallback`], but a GPU must open, and it has as long for each answer as an
+/// engine of [`open_engine`]: no robot waits.
+///
+/// # Errors
+/// When the choice is a GPU and no matching adapter opens, or the system refuses a thread.
+pub fn open_to_replay(
+    choice: &EngineChoice,
+    threads: usize,
+) -> Result<SelectedEngine, EngineError> {
+    match choice {
+        EngineChoice::Gpu(name) => open_failover(name.as_deref(), threads, true, None),
+        EngineChoice::Cpu => open_cpu(threads),
+    }
+}
+
+/// Opens a GPU with the CPU as fallback, with another timeout than the default if one is given.
+fn open_failover(
+    name: Option<&str>,
+    threads: usize,
+    gpu_required: bool,
+    timeout: Option<Duration>,
+) -> Result<SelectedEngine, EngineError> {
     let cpu = CpuEngine::with_threads(threads)?;
-    let (gpu, description) = match open_gpu(name.as_deref(), Some(DRIVING_TIMEOUT)) {
+    let (gpu, description) = match open_gpu(name, timeout) {
         Ok(opened) => (Ok(opened.engine), opened.description),
         Err(error) if gpu_required || matches!(error, EngineError::NoGpuSupport) => {
             return Err(error);
@@ -92,9 +118,9 @@ pub fn open_with_fallback(
             (Err(error), description)
         }
     };
-    let name = name.clone();
-    let reopen = move || Ok(open_gpu(name.as_deref(), Some(DRIVING_TIMEOUT))?.engine);
-    let engine = Failover::new(gpu, BackgroundOpener::new(reopen), cpu);
+    let name = name.map(str::to_owned);
+    let reopen = move || Ok(open_gpu(name.as_deref(), timeout)?.engine);
+    let engine = Failover::new(gpu, BackgroundOpener::new(reopen), cpu).with_timeout(timeout);
     Ok(SelectedEngine { engine: Box::new(engine), description })
 }
 
