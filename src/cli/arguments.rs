@@ -21,7 +21,7 @@ use super::{engine_selection, machine, output};
 /// The engine that decides in a closed loop.
 #[derive(Debug, Args)]
 pub struct EngineArguments {
-    /// Engine: `auto` measures once which is fastest; gpu:NAME is an adapter whose name contains NAME.
+    /// Engine: `auto` measures once which is fastest; gpu:NAME is the adapter NAME, or else the first whose name contains it.
     #[arg(long, default_value = "auto", value_parser = engine())]
     pub engine: EngineRequest,
     /// CPU threads; `auto` uses at most this many [default: all cores].

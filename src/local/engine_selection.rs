@@ -4,7 +4,7 @@ use core::str::FromStr;
 use std::time::Duration;
 
 #[cfg(feature = "gpu")]
-use super::gpu::{Adapter, AdapterSummary, GpuEngine, adapters};
+use super::gpu::{AdapterSummary, GpuEngine, adapters};
 use super::{BackgroundOpener, CpuEngine, Engine, EngineError, Failover, InstructionSet};
 
 /// Longest wait for an answer of the GPU while driving: half of the default control period, so that the CPU can still
@@ -18,7 +18,8 @@ pub enum EngineChoice {
     /// The CPU.
     #[default]
     Cpu,
-    /// A GPU, hardware before software. With a name: the first adapter whose name contains it, ignoring case.
+    /// A GPU, hardware before software. With a name: the adapter of that name, or else the first one whose name contains it,
+    /// ignoring case.
     Gpu(Option<String>),
 }
 
@@ -200,8 +201,17 @@ fn open_cpu(threads: usize) -> Result<SelectedEngine, EngineError> {
     Ok(SelectedEngine { description: engine.name(), engine: Box::new(engine) })
 }
 
-/// Opens the first adapter, or the first one whose name contains `requested`; with another timeout than the default if one is
-/// given.
+/// The index of the requested name, or else of the first name that contains it, ignoring case: one card's name may begin with
+/// that of another.
+#[cfg(feature = "gpu")]
+fn index_of_name(names: &[&str], requested: &str) -> Option<usize> {
+    let requested = requested.to_lowercase();
+    let names: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
+    let exact = names.iter().position(|name| *name == requested);
+    exact.or_else(|| names.iter().position(|name| name.contains(&requested)))
+}
+
+/// Opens the first adapter, or the one of the requested name; with another timeout than the default if one is given.
 #[cfg(feature = "gpu")]
 fn open_gpu(
     requested: Option<&str>,
@@ -210,15 +220,13 @@ fn open_gpu(
     let adapters = adapters();
     let mut adapter = adapters.first().ok_or(EngineError::NoAdapter)?;
     if let Some(requested) = requested {
-        let pattern = requested.to_lowercase();
-        let matches = |one: &&Adapter| one.summary.name.to_lowercase().contains(&pattern);
-        adapter = adapters.iter().find(matches).ok_or_else(|| {
-            let names: Vec<&str> = adapters.iter().map(|one| one.summary.name.as_str()).collect();
-            EngineError::AdapterNotFound {
+        let names: Vec<&str> = adapters.iter().map(|one| one.summary.name.as_str()).collect();
+        let index =
+            index_of_name(&names, requested).ok_or_else(|| EngineError::AdapterNotFound {
                 requested: requested.to_owned(),
                 available: names.join(", "),
-            }
-        })?;
+            })?;
+        adapter = &adapters[index];
     }
     let AdapterSummary { name, software, .. } = &adapter.summary;
     let kind = if *software { "software adapter" } else { "hardware adapter" };
@@ -232,4 +240,19 @@ fn open_gpu(
 #[cfg(not(feature = "gpu"))]
 fn open_gpu(_: Option<&str>, _: Option<Duration>) -> Result<SelectedEngine, EngineError> {
     Err(EngineError::NoGpuSupport)
+}
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::index_of_name;
+
+    #[test]
+    fn adapter_of_the_exact_name_comes_before_names_that_contain_it() {
+        let names = ["NVIDIA A100", "NVIDIA A10", "llvmpipe"];
+        assert_eq!(index_of_name(&names, "NVIDIA A10"), Some(1));
+        assert_eq!(index_of_name(&names, "nvidia a10"), Some(1));
+        assert_eq!(index_of_name(&names, "A10"), Some(0));
+        assert_eq!(index_of_name(&names, "pipe"), Some(2));
+        assert_eq!(index_of_name(&names, "H200"), None);
+    }
 }
