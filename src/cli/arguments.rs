@@ -36,6 +36,12 @@ impl EngineArguments {
         let size = decision_size(config);
         engine_selection::open_to_drive(&self.engine, &size, threads, gpu_required)
     }
+
+    /// As [`Self::open`], for a replay: no robot waits for the answers, and a GPU must be there.
+    pub fn open_to_replay(&self, config: &Config) -> anyhow::Result<Box<dyn Engine>> {
+        let threads = self.threads.unwrap_or_else(machine::cores);
+        engine_selection::open_for_replay(&self.engine, &decision_size(config), threads)
+    }
 }
 
 /// Size of the decisions with these settings.

@@ -9,7 +9,8 @@ use anyhow::Context;
 use inbye::bench::{DecisionSize, EngineRequest, EngineTime, measure_engines};
 use inbye::input_file::read_text;
 use inbye::local::{
-    CpuEngine, Engine, EngineChoice, EngineError, SelectedEngine, open_engine, open_with_fallback,
+    CpuEngine, Engine, EngineChoice, EngineError, SelectedEngine, open_engine, open_to_replay,
+    open_with_fallback,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -192,6 +193,16 @@ pub fn open_to_drive(
     // A GPU that was measured once may be missing now; one that the user names must be there.
     let gpu_required = gpu_required || is_named && choice != EngineChoice::Cpu;
     announce(&reason, || open_with_fallback(&choice, threads, gpu_required))
+}
+
+/// As [`open`], for a replay: a GPU has the CPU as fallback, so that the rest of a recording is compared after a failure.
+pub fn open_for_replay(
+    request: &EngineRequest,
+    size: &DecisionSize,
+    threads: usize,
+) -> anyhow::Result<Box<dyn Engine>> {
+    let selection = Selection::new(request, size, threads, KeptTimes::OfPresentEngines)?;
+    announce(&selection.reason, || open_to_replay(&selection.choice, selection.threads))
 }
 
 /// Opens an engine and prints its name, the reason for it and the time it took to open.
