@@ -52,7 +52,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         }
         drives.push(drive);
     }
-    let mut all = machine::engines(CpuEngines::OneAndAll)?;
+    let mut all = machine::engines(CpuEngines::OneAndAll)?.open;
     let bar = output::progress(CASES, "comparing engines", "problems");
     let verification = verify(&mut all, CASES, SEED, |done| bar.set_position(done))?;
     bar.finish_and_clear();

@@ -127,12 +127,13 @@ pub fn run(arguments: &DensityArguments) -> anyhow::Result<bool> {
         samplers: Sampler::ALL.to_vec(),
         ..DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds)
     };
-    let mut all = machine::engines(CpuEngines::Doubling)?;
-    let density = measure(&mut all, &plan)?;
-    let batches = if arguments.no_batches {
+    let mut all = machine::engines(CpuEngines::Doubling)?.open;
+    machine::interrupt_flag()?;
+    let mut density = measure(&mut all, &plan)?;
+    let batches = if arguments.no_batches || is_interrupted() {
         Vec::new()
     } else {
-        measure_batches(&mut all, &plan, &mut wall_clock())?
+        measure_batches(&mut all, &plan, &mut density.lost, &mut wall_clock(), next)?
     };
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
     let (driven, closed_loop) = drive(arguments.missions, most)?;

@@ -154,7 +154,7 @@ type Open = Box<dyn Fn() -> anyhow::Result<Box<dyn Engine>> + Sync>;
 
 /// Every GPU adapter except the first engine; without one the CPU on one thread with the next slower instructions.
 fn others(first: &str) -> anyhow::Result<Vec<Open>> {
-    let engines = machine::engines(CpuEngines::OneAndAll)?;
+    let engines = machine::engines(CpuEngines::OneAndAll)?.open;
     let adapters = engines.iter().filter(|engine| engine.kind() == "gpu" && engine.name() != first);
     let open =
         |choice: EngineChoice| -> Open { Box::new(move || Ok(open_engine(&choice, 1)?.engine)) };
