@@ -81,10 +81,12 @@ pub enum KeptTimes {
 }
 
 /// Times of the engines for decisions of one size, the fastest first: from the user's file, or measured if the file has none.
+/// `left_out` receives the error of each GPU that was not measured.
 pub fn engine_times(
     size: &DecisionSize,
     threads: usize,
     usable: KeptTimes,
+    left_out: &mut dyn FnMut(&EngineError),
 ) -> anyhow::Result<Vec<EngineTime>> {
     let features = machine::cpu_features().join(" ");
     let machine = format!("{}, {}, {features}", env!("CARGO_PKG_VERSION"), machine::description());
@@ -101,9 +103,14 @@ pub fn engine_times(
         return Ok(times);
     }
     let mut clock = machine::wall_clock();
+    let mut is_kept = true;
     let times = measure_engines(size, threads, &mut clock, &mut thread::sleep, |error| {
-        output::note(format!("not measured: {error}"));
+        left_out(error);
+        is_kept &= !may_recover(error);
     })?;
+    if !is_kept {
+        return Ok(times);
+    }
     kept.retain(|one| !is_for(one));
     let excess = (kept.len() + 1).saturating_sub(KEPT);
     kept.drain(..excess);
@@ -116,6 +123,12 @@ pub fn engine_times(
         Some(Ok(())) => {}
     }
     Ok(times)
+}
+
+/// Whether a GPU that was not measured may work the next time: times without it are not kept. One that does not open rarely
+/// does, and each command would measure again.
+pub const fn may_recover(error: &EngineError) -> bool {
+    matches!(error, EngineError::Lost { .. })
 }
 
 /// The measurements of a file. One that cannot be read has none: it is replaced. A pipe may never end.
@@ -154,7 +167,9 @@ impl Selection {
             let (choice, reason) = (choice.clone(), "requested".to_owned());
             return Ok(Self { choice, threads, reason, is_named: true });
         }
-        let times = engine_times(size, threads, usable)?;
+        let times = engine_times(size, threads, usable, &mut |error| {
+            output::warn(format!("not measured: {error}"));
+        })?;
         let reason = fastest_text(&times, size);
         let first = times.first().context("no engine was measured")?;
         let (choice, threads) = first.choice(threads);
@@ -261,6 +276,15 @@ mod tests {
         assert_eq!(names(&["GPU (hardware, vulkan, a)"]), ["GPU", "CPU, 4 threads"]);
         assert_eq!(names(&[]), ["CPU, 4 threads"]);
         assert_eq!(names(&["GPU 2 (hardware, vulkan, a)"]), ["CPU, 4 threads"]);
+    }
+
+    #[test]
+    fn times_are_kept_without_an_adapter_that_does_not_open_but_not_without_one_that_failed() {
+        let (adapter, message) = ("GPU".to_owned(), String::new());
+        let closed = EngineError::Setup { adapter: adapter.clone(), message: message.clone() };
+        assert!(!may_recover(&closed) && !may_recover(&EngineError::NoGpuSupport));
+        let kind = inbye::local::GpuFailureKind::DeviceLost;
+        assert!(may_recover(&EngineError::Lost { adapter, kind, message }));
     }
 
     #[cfg(unix)]
