@@ -142,7 +142,7 @@ fn compare(
     let (jobs, machine) = (arguments.missions_of.run.jobs(), machine::description());
     let mut all = Vec::new();
     for open in others(first)? {
-        let run = |cell: &&Cell| Ok(run_cell(cell, open()?, &mut wall_clock(), &machine));
+        let run = |cell: &&Cell| Ok(run_cell(cell, open()?, &mut wall_clock(), &machine)?);
         let again = in_memory(&some, jobs, run)?;
         all.extend(compare_digests(rows, &again));
     }
