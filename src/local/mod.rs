@@ -44,6 +44,7 @@ pub use engine_selection::{
 };
 pub use error::{DecisionError, EngineError, GpuFailureKind, ProblemError};
 pub use explain::{Decision, Explainer, FanArc, SampleSi, TermsSi, TrajectoryFan, WinnerSi};
+#[cfg(feature = "experiment")]
 pub(crate) use failover::DeviceCloser;
 pub use failover::{BackgroundOpener, Failover, GpuSource, Incident, Incidents};
 pub use field::ClearanceField;

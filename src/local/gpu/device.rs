@@ -53,7 +53,7 @@ fn number_equal_names<'a>(names: impl Iterator<Item = &'a mut String>) {
         let count = counts.entry(name.clone()).or_default();
         *count += 1;
         if *count > 1 {
-            name.push_str(&format!(" #{count}"));
+            *name = format!("{name} #{count}");
         }
     }
 }
