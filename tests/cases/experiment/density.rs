@@ -162,7 +162,7 @@ fn clock(step_s: f64) -> impl FnMut() -> f64 {
 fn gpu_that_is_lost_is_listed_and_the_other_rows_are_kept() {
     let plan = DensityPlan::powers_of_four(2, 4, 64, 0.5);
     // It is lost at the second density.
-    let mut engines = with_gpu(60);
+    let mut engines = with_gpu(100);
     let done = |_: Result<&DensityRow, &SkippedCell>| ControlFlow::Continue(());
     let mut density =
         measure_density(&mut engines, &plan, &mut clock(0.01), done).expect("the CPU answers");
