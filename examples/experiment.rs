@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for cell in grid.distinct() {
         // A cell that does not start has a row with the reason.
         let engine: Box<dyn inbye::local::Engine> = Box::new(CpuEngine::single_threaded());
-        rows.push(run_cell(cell, engine, &mut || 0.0, "this machine").row);
+        rows.push(run_cell(cell, engine, &mut || 0.0, "this machine")?.row);
     }
     text_table(&groups(&rows), Group::SUMMARY).iter().for_each(|line| println!("{line}"));
     Ok(())

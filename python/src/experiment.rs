@@ -116,9 +116,9 @@ impl<'py> OwnController<'py> {
             let controller = PythonController::of(&object)?;
             let raised = controller.raised();
             let controller = Decider::Controller(Box::new(controller));
-            let row = object.py().detach(|| run_cell(cell, controller, &mut { clock }, "").row);
+            let driven = object.py().detach(|| run_cell(cell, controller, &mut { clock }, ""));
             raised.check()?;
-            done.push(row);
+            done.push(driven.map_err(raise)?.row);
         }
         Ok(())
     }
@@ -198,8 +198,9 @@ fn run_plan(
     let engines = SharedEngines::default();
     let own = |cell: &&Cell| {
         let engine = open_engine(cell, &engines).map_err(raise)?;
-        let run = || run_cell(cell, engine, &mut { clock }, "").row;
-        Ok(interrupt.watch(&Raised::default(), run))
+        let run = || run_cell(cell, engine, &mut { clock }, "");
+        let file = interrupt.watch(&Raised::default(), run).map_err(raise)?;
+        Ok(file.row)
     };
     let check = || interrupt.check();
     let (done, outcome) = py.detach(|| run_in_order_checked(&cells, jobs, own, || {}, check));

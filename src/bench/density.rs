@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -12,7 +13,7 @@ use super::roadway::{Roadway, roadway_field};
 use super::timing::{Latencies, Misses};
 use super::verify::FirstAnswers;
 use super::{BenchError, EvaluationDigest};
-use crate::local::{ClearanceField, Engine, Sampler};
+use crate::local::{ClearanceField, Engine, EngineError, GpuFailureKind, Sampler};
 
 columns! {
     /// One cell of `bench density`: one engine at one sampling density. Fields from `name` on are missing in older records.
@@ -104,6 +105,13 @@ pub struct SkippedCell {
     pub samples: usize,
     /// Why.
     pub reason: String,
+}
+
+impl SkippedCell {
+    fn new(engine: &dyn Engine, roadway: &Roadway, reason: String) -> Self {
+        let (sampler, samples) = (roadway.sampler.name().to_owned(), roadway.samples());
+        Self { name: engine.name(), sampler, samples, reason }
+    }
 }
 
 /// Densities to measure, and the time for each.
@@ -200,18 +208,50 @@ pub struct Density {
     pub rows: Vec<DensityRow>,
     /// The cells left out, in the same order.
     pub skipped: Vec<SkippedCell>,
+    /// The GPUs that failed.
+    pub lost: Vec<LostEngine>,
+}
+
+/// A GPU that failed while it was measured. It is not measured any more; the other engines are.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct LostEngine {
+    /// The engine's name.
+    pub name: String,
+    /// Why.
+    pub reason: String,
+}
+
+impl LostEngine {
+    /// Why an engine cannot be measured, if this error is the failure of a GPU. Any other error is one of the measurement.
+    pub(super) fn reason(
+        engine: &dyn Engine,
+        error: BenchError,
+    ) -> Result<EngineError, BenchError> {
+        match error {
+            BenchError::Engine { error, .. } if engine.kind() == "gpu" => Ok(error),
+            error => Err(error),
+        }
+    }
+
+    /// Adds an engine that failed, unless the problem was too large for it: then it works on.
+    pub(super) fn add(lost: &mut Vec<Self>, engine: &dyn Engine, error: &EngineError) {
+        if error.failure_kind() != GpuFailureKind::TooLarge {
+            lost.push(Self { name: engine.name(), reason: error.to_string() });
+        }
+    }
 }
 
 /// Measures every engine at every density, end to end: quantization of window and problem, upload, evaluation, answer. The
-/// answers are compared first. `done` is called after each cell, with its row or the reason why there is none.
+/// answers are compared first. `done` is called after each cell, with its row or the reason why there is none; it can end the
+/// measurement, which then returns the cells so far. A GPU that fails is listed, and its further cells are skipped.
 ///
 /// # Errors
-/// Fails when an engine fails or its answer differs.
+/// Fails when a CPU engine fails or an answer differs.
 pub fn measure_density(
     engines: &mut [Box<dyn Engine>],
     plan: &DensityPlan,
     clock: &mut dyn FnMut() -> f64,
-    mut done: impl FnMut(Result<&DensityRow, &SkippedCell>),
+    mut done: impl FnMut(Result<&DensityRow, &SkippedCell>) -> ControlFlow<()>,
 ) -> Result<Density, BenchError> {
     let field = roadway_field();
     let mut density = Density::default();
@@ -228,42 +268,69 @@ pub fn measure_density(
         });
         let mut first = FirstAnswers::default();
         for (engine, last) in engines.iter_mut().zip(&mut last) {
-            let skipped = last.as_ref().and_then(|last| predict_skip(last, &roadway, plan));
-            if let Some(skipped) = skipped {
-                done(Err(&skipped));
-                density.skipped.push(skipped);
-                continue;
-            }
             let engine = engine.as_mut();
-            let answers = warm_up(engine, &roadway, &field)?;
-            plan.raise_clock(engine, clock, |engine| roadway.decide(engine, &field, 0))?;
-            first.check(engine, answers, || roadway.name())?;
-            let timed = plan.time(clock, |tick| roadway.decide(engine, &field, tick))?;
-            let row = DensityRow::new(engine, &roadway, &timed);
-            done(Ok(&row));
-            *last = Some(row.clone());
-            density.rows.push(row);
+            let skip = |reason| SkippedCell::new(engine, &roadway, reason);
+            let is_lost = |lost: &&LostEngine| lost.name == engine.name();
+            let skipped = match (density.lost.iter().find(is_lost), &last) {
+                (Some(lost), _) => Some(skip(format!("it failed before: {}", lost.reason))),
+                (None, Some(last)) => predicted_skip(last, &roadway, plan).map(skip),
+                (None, None) => None,
+            };
+            let measured = match skipped {
+                Some(skipped) => Err(skipped),
+                None => match measure_cell(engine, (&roadway, &field), plan, &mut first, clock) {
+                    Ok(row) => Ok(row),
+                    Err(error) => {
+                        let error = LostEngine::reason(engine, error)?;
+                        LostEngine::add(&mut density.lost, engine, &error);
+                        Err(SkippedCell::new(engine, &roadway, error.to_string()))
+                    }
+                },
+            };
+            let flow = done(measured.as_ref());
+            match measured {
+                Ok(row) => {
+                    *last = Some(row.clone());
+                    density.rows.push(row);
+                }
+                Err(skipped) => density.skipped.push(skipped),
+            }
+            if flow.is_break() {
+                return Ok(density);
+            }
         }
     }
     Ok(density)
 }
 
+/// Measures one engine at one density.
+fn measure_cell(
+    engine: &mut dyn Engine,
+    (roadway, field): (&Roadway, &Arc<ClearanceField>),
+    plan: &DensityPlan,
+    first: &mut FirstAnswers,
+    clock: &mut dyn FnMut() -> f64,
+) -> Result<DensityRow, BenchError> {
+    let answers = warm_up(engine, roadway, field)?;
+    plan.raise_clock(engine, clock, |engine| roadway.decide(engine, field, 0))?;
+    first.check(engine, answers, || roadway.name())?;
+    let timed = plan.time(clock, |tick| roadway.decide(engine, field, tick))?;
+    Ok(DensityRow::new(engine, roadway, &timed))
+}
+
 /// The reason why an engine is not measured at a density, predicted from a lower one; none if it is measured.
-fn predict_skip(last: &DensityRow, roadway: &Roadway, plan: &DensityPlan) -> Option<SkippedCell> {
+fn predicted_skip(last: &DensityRow, roadway: &Roadway, plan: &DensityPlan) -> Option<String> {
     let samples = roadway.samples();
     let decision_s = last.p50_ms / 1e3 * samples as f64 / last.samples as f64;
     let fewest = WARM_UP + MIN_SLOW_REPETITIONS;
-    (decision_s * fewest as f64 > plan.max_seconds).then(|| SkippedCell {
-        name: last.name.clone(),
-        sampler: last.sampler.clone(),
-        samples,
-        reason: format!(
+    (decision_s * fewest as f64 > plan.max_seconds).then(|| {
+        format!(
             "a decision would take about {decision_s:.1} s, as it took {:.3} s with {} samples; {fewest} of them are \
              more than the {} s that a cell may take",
             last.p50_ms / 1e3,
             last.samples,
             plan.max_seconds
-        ),
+        )
     })
 }
 

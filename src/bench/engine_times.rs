@@ -10,8 +10,8 @@ use super::BenchError;
 use super::roadway::{Roadway, roadway_field};
 use super::timing::Latencies;
 use crate::local::{
-    AdapterSelection, CpuEngines, Engine, EngineChoice, EngineError, LocalSettings, Sampler,
-    open_engine, open_engines,
+    AdapterSelection, CpuEngines, DeviceCloser, Engine, EngineChoice, EngineError, LocalSettings,
+    Sampler, open_engine, open_engines,
 };
 
 /// Rounds of one decision on each engine: the first ones are not timed. They end early when the decisions take long.
@@ -150,31 +150,51 @@ impl fmt::Display for EngineTime {
 ///
 /// The engines take turns, with pauses between the rounds, as on a robot that decides a few times a second; this takes 0.1 to
 /// 0.6 s, and a GPU's driver needs up to a second to open. `pause` waits for the given time. `left_out` receives the
-/// error of each adapter that does not open.
+/// error of each adapter that does not open, or fails while it is timed.
 ///
 /// # Errors
-/// Fails when an engine fails, or the size is outside its range.
+/// Fails when a CPU engine fails, or the size is outside its range.
 pub fn measure_engines(
     size: &DecisionSize,
     threads: usize,
     clock: &mut dyn FnMut() -> f64,
     pause: &mut dyn FnMut(Duration),
-    left_out: impl FnMut(&EngineError),
+    mut left_out: impl FnMut(&EngineError),
+) -> Result<Vec<EngineTime>, BenchError> {
+    let engines =
+        open_engines(CpuEngines::Doubling, AdapterSelection::Hardware, threads, &mut left_out)?;
+    time_engines(engines, size, clock, pause, left_out)
+}
+
+/// Times open engines. One on a GPU that fails is closed and left out: the CPU can still decide.
+fn time_engines(
+    engines: Vec<Box<dyn Engine>>,
+    size: &DecisionSize,
+    clock: &mut dyn FnMut() -> f64,
+    pause: &mut dyn FnMut(Duration),
+    mut left_out: impl FnMut(&EngineError),
 ) -> Result<Vec<EngineTime>, BenchError> {
     let &DecisionSize { vx_samples, vtheta_samples, steps, discs, sampler } = size;
     let roadway =
         Roadway { vx_samples, vtheta_samples, steps, window_s: 0.1, discs, people: 0, sampler };
-    let engines =
-        open_engines(CpuEngines::Doubling, AdapterSelection::Hardware, threads, left_out)?;
-    let mut timed: Vec<(Box<dyn Engine>, Latencies)> =
-        engines.into_iter().map(|engine| (engine, Latencies::default())).collect();
+    let mut timed: Vec<(Option<Box<dyn Engine>>, Latencies)> =
+        engines.into_iter().map(|engine| (Some(engine), Latencies::default())).collect();
+    let mut closer = DeviceCloser::default();
     let field = roadway_field();
     let began = clock();
     for round in 0..WARM_UP_ROUNDS + ROUNDS {
         pause(PAUSE);
-        for (engine, latencies) in &mut timed {
+        for (slot, latencies) in &mut timed {
+            let Some(engine) = slot else { continue };
             let before = clock();
-            roadway.decide(engine.as_mut(), &field, round)?;
+            match roadway.decide(engine.as_mut(), &field, round) {
+                Err(BenchError::Engine { error, .. }) if engine.kind() == "gpu" => {
+                    left_out(&error);
+                    slot.take().into_iter().for_each(|lost| closer.close(lost));
+                    continue;
+                }
+                decided => decided?,
+            };
             let seconds = clock() - before;
             if round >= WARM_UP_ROUNDS {
                 latencies.record(seconds)?;
@@ -186,6 +206,7 @@ pub fn measure_engines(
     }
     let mut times: Vec<EngineTime> = timed
         .iter()
+        .filter_map(|(engine, latencies)| Some((engine.as_ref()?, latencies)))
         .map(|(engine, latencies)| EngineTime {
             name: engine.name(),
             threads: engine.threads(),
@@ -199,6 +220,7 @@ pub fn measure_engines(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::local::{CpuEngine, Detail, Evaluation, GpuFailureKind, QuantizedProblem};
 
     fn small() -> DecisionSize {
         let settings = LocalSettings { vx_samples: 4, vtheta_samples: 4, ..Default::default() };
@@ -237,6 +259,53 @@ mod tests {
         let times = measure_engines(&small(), 1, &mut clock(0.1), &mut |_| pauses += 1, |_| {});
         assert!(times.is_ok_and(|times| times[0].p50_ms > 99.0));
         assert_eq!(pauses, WARM_UP_ROUNDS + MIN_ROUNDS + 1);
+    }
+
+    /// A GPU that takes this many decisions.
+    struct LostGpu {
+        cpu: CpuEngine,
+        remaining: usize,
+    }
+
+    impl Engine for LostGpu {
+        fn name(&self) -> String {
+            "a GPU".to_owned()
+        }
+
+        fn evaluate(
+            &mut self,
+            problem: &QuantizedProblem,
+            detail: Detail,
+        ) -> Result<Evaluation, EngineError> {
+            let lost = || EngineError::Lost {
+                adapter: self.name(),
+                kind: GpuFailureKind::DeviceLost,
+                message: "simulated".to_owned(),
+            };
+            self.remaining = self.remaining.checked_sub(1).ok_or_else(lost)?;
+            self.cpu.evaluate(problem, detail)
+        }
+    }
+
+    #[test]
+    fn gpu_that_fails_while_it_is_timed_is_left_out_with_its_error() {
+        for remaining in [0, WARM_UP_ROUNDS + 2, 1000] {
+            let gpu = LostGpu { cpu: CpuEngine::single_threaded(), remaining };
+            let engines: Vec<Box<dyn Engine>> =
+                vec![Box::new(gpu), Box::new(CpuEngine::single_threaded())];
+            let mut errors = Vec::new();
+            let left_out = |error: &EngineError| errors.push(error.to_string());
+            let times = time_engines(engines, &small(), &mut clock(1e-6), &mut |_| {}, left_out);
+            let times = times.expect("the CPU never fails");
+            let is_lost = remaining < 1000;
+            assert_eq!(
+                times.iter().filter(|time| time.threads == 0).count(),
+                usize::from(!is_lost)
+            );
+            assert_eq!(times.iter().filter(|time| time.threads == 1).count(), 1);
+            let expected = "GPU a GPU gave no answer: simulated".to_owned();
+            assert_eq!(errors, if is_lost { vec![expected] } else { Vec::new() });
+        }
     }
 
     #[test]

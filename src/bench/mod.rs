@@ -18,8 +18,8 @@ mod verify;
 pub use batches::{BatchRow, measure_batches};
 pub use columns::{Column, ColumnKind, ColumnValue, Columns, csv_text, text_table};
 pub use density::{
-    Crossover, Density, DensityPlan, DensityRow, SkippedCell, crossovers, measure_density,
-    named_sampler,
+    Crossover, Density, DensityPlan, DensityRow, LostEngine, SkippedCell, crossovers,
+    measure_density, named_sampler,
 };
 pub use engine_times::{DecisionSize, EngineRequest, EngineTime, measure_engines, open_requested};
 pub use error::BenchError;

@@ -1,5 +1,7 @@
 //! Quality of the chosen command: few samples compared with the densest sampling, over many decisions of one drive.
 
+use std::ops::ControlFlow;
+
 use serde::{Deserialize, Serialize};
 
 use super::BenchError;
@@ -98,14 +100,14 @@ pub const fn usual_shape(sampler: Sampler) -> f64 {
 
 /// Takes the decisions of a drive with each number of samples, and compares the commands with those of the densest sampling.
 /// The robot has two discs and drives in the roadway among three people. All engines choose the same commands, so any
-/// engine serves. `done` is called after each tick.
+/// engine serves. `done` is called after each tick; it can end the comparison, which then returns the windows so far.
 ///
 /// # Errors
 /// Fails when the engine fails, or a number of samples or steps is outside its range.
 pub fn measure_quality(
     engine: &mut dyn Engine,
     plan: &QualityPlan,
-    mut done: impl FnMut(),
+    mut done: impl FnMut() -> ControlFlow<()>,
 ) -> Result<Vec<QualityRow>, BenchError> {
     let field = roadway_field();
     let mut rows = Vec::new();
@@ -135,7 +137,9 @@ pub fn measure_quality(
                     losses.add(baseline, &best, &found);
                 }
             }
-            done();
+            if done().is_break() {
+                return Ok(rows);
+            }
         }
         rows.extend(cells.iter().map(|(roadway, losses)| losses.row(roadway, densest.samples())));
     }

@@ -21,7 +21,7 @@ use super::{engine_selection, machine, output};
 /// The engine that decides in a closed loop.
 #[derive(Debug, Args)]
 pub struct EngineArguments {
-    /// Engine: `auto` measures once which is fastest; gpu:NAME is an adapter whose name contains NAME.
+    /// Engine: `auto` measures once which is fastest; gpu:NAME is the adapter NAME, or else the first whose name contains it.
     #[arg(long, default_value = "auto", value_parser = engine())]
     pub engine: EngineRequest,
     /// CPU threads; `auto` uses at most this many [default: all cores].
@@ -35,6 +35,12 @@ impl EngineArguments {
         let threads = self.threads.unwrap_or_else(machine::cores);
         let size = decision_size(config);
         engine_selection::open_to_drive(&self.engine, &size, threads, gpu_required)
+    }
+
+    /// As [`Self::open`], for a replay: no robot waits for the answers, and a GPU must be there.
+    pub fn open_to_replay(&self, config: &Config) -> anyhow::Result<Box<dyn Engine>> {
+        let threads = self.threads.unwrap_or_else(machine::cores);
+        engine_selection::open_for_replay(&self.engine, &decision_size(config), threads)
     }
 }
 

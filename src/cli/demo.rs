@@ -35,7 +35,8 @@ const INTRO: &str = "Four built-in scenes: a global path is searched, pruned and
     Then every engine of this machine: the same problems compared bit for bit, and sampling density against decision time \
     and quality of the command.";
 
-/// Plans, drives, compares engines, measures and writes the report. Returns false if a goal was missed or bits differ.
+/// Plans, drives, compares engines, measures and writes the report. Returns false if a goal was missed, bits
+/// differ, or a GPU was lost.
 pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     let folder = arguments.report.as_deref().unwrap_or(Path::new(FOLDER));
     let report = ReportFolder::create(Some(folder))?;
@@ -52,7 +53,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         }
         drives.push(drive);
     }
-    let mut all = machine::engines(CpuEngines::OneAndAll)?;
+    let mut all = machine::engines(CpuEngines::OneAndAll)?.open;
     let bar = output::progress(CASES, "comparing engines", "problems");
     let verification = verify(&mut all, CASES, SEED, |done| bar.set_position(done))?;
     bar.finish_and_clear();
@@ -89,6 +90,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         "agree": agree,
         "rows": measured.rows,
         "skipped": measured.skipped,
+        "lost": measured.lost,
         "crossover": crossovers(&measured.rows),
         "quality": quality,
         "report": folder.join("index.html"),
@@ -108,7 +110,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         })
     })?;
     let reached = drives.iter().all(|drive| drive.result.reached && !drive.result.collided);
-    Ok(reached && agree)
+    Ok(reached && agree && measured.lost.is_empty())
 }
 
 /// A drive through a built-in scene.

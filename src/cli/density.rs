@@ -1,11 +1,12 @@
 //! `inbye bench density`: sampling density against latency, quality of the command, and success in a closed loop.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::Args;
 use inbye::bench::{
-    BatchRow, Density, DensityPlan, DensityRow, QualityPlan, QualityRow, crossovers,
+    BatchRow, Density, DensityPlan, DensityRow, LostEngine, QualityPlan, QualityRow, crossovers,
     measure_batches, measure_density, measure_quality, named_sampler, text_table, usual_shape,
 };
 use inbye::experiment::missions::Rules;
@@ -16,8 +17,13 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::{duration, whole};
+<<<<<<< HEAD
 use super::files::{Output, ReportFolder, all_written};
 use super::machine::{self, wall_clock};
+=======
+use super::files::{Output, ReportFolder};
+use super::machine::{self, is_interrupted, wall_clock};
+>>>>>>> sideA
 use super::missions::sort;
 use super::output;
 use super::runs::run_grid;
@@ -56,14 +62,15 @@ const CLOSED_LOOP: &str = "config samples vx_samples vtheta_samples runs reached
 #[command(
     after_help = "Example:\n  inbye bench density --max-samples 16384 --seconds 0.1 --ticks 10 --missions 0 --chart density.svg\n\n\
     Latency is that of a decision from end to end; the engines' answers are compared bit for bit first. An engine that is too slow \
-    for a density is skipped there, and listed.\n\
+    for a density is skipped there, and listed. A GPU that fails is listed as `lost`; the others are still measured.\n\
     Batches: the decisions of 1, 8, 64, 256 and 1,024 robots in one call, 1,024 arcs each.\n\
     Quality: the regret is the loss of score against the densest sampling (1,048,576 samples of two segments, or --max-samples \
     if larger), as a share of the best sample's gain over the mean admissible one. It is measured over a horizon of 2 s, with \
     windows of 0.1 s and 1 s.\n\
     Closed loop: the same random missions of at most 30 m on built-in maps with 64, 256... samples, up to 16,384 or \
     --max-samples. The tick time is that of the whole navigator (scan, local field and decision) on one core; the 99th \
-    percentile includes waiting for new paths."
+    percentile includes waiting for new paths.\n\
+    Exit status 1: a GPU was lost, or Ctrl-C came. The finished measurements are written."
 )]
 pub struct DensityArguments {
     /// Steps of the horizon.
@@ -127,18 +134,20 @@ pub fn run(arguments: &DensityArguments) -> anyhow::Result<bool> {
         samplers: Sampler::ALL.to_vec(),
         ..DensityPlan::powers_of_four(arguments.steps, least, most, arguments.seconds)
     };
-    let mut all = machine::engines(CpuEngines::Doubling)?;
-    let density = measure(&mut all, &plan)?;
-    let batches = if arguments.no_batches {
+    let mut all = machine::engines(CpuEngines::Doubling)?.open;
+    machine::interrupt_flag()?;
+    let mut density = measure(&mut all, &plan)?;
+    let batches = if arguments.no_batches || is_interrupted() {
         Vec::new()
     } else {
-        measure_batches(&mut all, &plan, &mut wall_clock())?
+        measure_batches(&mut all, &plan, &mut density.lost, &mut wall_clock(), next)?
     };
     let quality = compare(&plan, most.max(DENSEST), arguments.ticks)?;
     let (driven, closed_loop) = drive(arguments.missions, most)?;
     let object = json!({
         "rows": density.rows,
         "skipped": density.skipped,
+        "lost": density.lost,
         "crossover": crossovers(&density.rows),
         "batches": batches,
         "quality": quality,
@@ -165,6 +174,7 @@ pub fn run(arguments: &DensityArguments) -> anyhow::Result<bool> {
         closed_loop: &closed_loop,
         ..BenchReport::default()
     };
+<<<<<<< HEAD
     all_written([
         record.write_rows(&density.rows),
         losses.write_rows(&quality),
@@ -173,13 +183,29 @@ pub fn run(arguments: &DensityArguments) -> anyhow::Result<bool> {
         folder.write_bench(report),
     ])?;
     Ok(true)
+=======
+    chart.write(|| bench_svg(&report))?;
+    folder.write_bench(report)?;
+    if is_interrupted() {
+        output::warn("interrupted: measurements are missing; the finished ones are written");
+    }
+    Ok(density.lost.is_empty() && !is_interrupted())
+}
+
+/// Whether the next measurement begins: Ctrl-C ends a benchmark after the one in progress.
+fn next() -> ControlFlow<()> {
+    if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+>>>>>>> sideA
 }
 
 /// Measures with a progress bar.
 pub fn measure(all: &mut [Box<dyn Engine>], plan: &DensityPlan) -> anyhow::Result<Density> {
     let cells = plan.samplers.len() * plan.samples.len() * all.len();
     let bar = output::progress(cells as u64, "density", "measurements");
-    let density = measure_density(all, plan, &mut wall_clock(), |_| bar.inc(1))?;
+    let density = measure_density(all, plan, &mut wall_clock(), |_| {
+        bar.inc(1);
+        next()
+    })?;
     bar.finish_and_clear();
     Ok(density)
 }
@@ -193,7 +219,7 @@ pub fn compare(
 ) -> anyhow::Result<Vec<QualityRow>> {
     let mut samples = plan.samples.clone();
     samples.retain(|samples| *samples < densest);
-    if ticks == 0 || samples.is_empty() {
+    if ticks == 0 || samples.is_empty() || is_interrupted() {
         return Ok(Vec::new());
     }
     let bar = output::progress((ticks * WINDOWS_S.len()) as u64, "quality", "decisions");
@@ -206,7 +232,10 @@ pub fn compare(
         ticks,
     };
     let mut engine = CpuEngine::with_threads(machine::cores())?;
-    let rows = measure_quality(&mut engine, &plan, || bar.inc(1))?;
+    let rows = measure_quality(&mut engine, &plan, || {
+        bar.inc(1);
+        next()
+    })?;
     bar.finish_and_clear();
     Ok(rows)
 }
@@ -214,7 +243,7 @@ pub fn compare(
 /// Drives this many missions with each sampling of at most `most` samples, one at a time, since ticks are timed. Without
 /// missions there are no rows and no groups.
 fn drive(missions: usize, most: usize) -> anyhow::Result<(Vec<RunRow>, Vec<Group>)> {
-    if missions == 0 {
+    if missions == 0 || is_interrupted() {
         return Ok((Vec::new(), Vec::new()));
     }
     let config = Config::default();
@@ -237,14 +266,15 @@ fn drive(missions: usize, most: usize) -> anyhow::Result<(Vec<RunRow>, Vec<Group
     Ok((rows, groups))
 }
 
-/// The table of latencies, the skipped cells, where GPUs overtake the CPU, and the table of regrets if commands were compared.
-pub fn text(Density { rows, skipped, .. }: &Density, quality: &[QualityRow]) -> Vec<String> {
+/// The table of latencies, the skipped cells, the GPUs that failed, where GPUs overtake the CPU, and the table of regrets if commands were compared.
+pub fn text(Density { rows, skipped, lost, .. }: &Density, quality: &[QualityRow]) -> Vec<String> {
     let mut lines = text_table(rows, DensityRow::SUMMARY);
     lines.extend(skipped.iter().map(|cell| {
         let (samples, reason) = (cell.samples, &cell.reason);
         let name = named_sampler(&cell.name, &cell.sampler);
         format!("not measured: {name} with {samples} samples: {reason}")
     }));
+    lines.extend(lost.iter().map(|LostEngine { name, reason }| format!("LOST: {name}: {reason}")));
     lines.extend(crossovers(rows).iter().map(ToString::to_string));
     if let Some(QualityRow { densest, decisions, .. }) = quality.first() {
         lines.push(String::new());

@@ -4,11 +4,12 @@ use std::fmt;
 
 use clap::Args;
 use inbye::bench::{DecisionSize, DensityPlan, DensityRow};
-use inbye::local::{AdapterSelection, CpuEngines, open_engines};
+use inbye::local::{AdapterSelection, CpuEngines, EngineError, open_engines};
 use serde::Serialize;
 use serde_json::json;
 
-use super::engine_selection::{KeptTimes, engine_times, fastest_text};
+use super::engine_selection::{KeptTimes, engine_times, fastest_text, may_recover};
+use super::machine::NoAdapter;
 use super::{density, machine, output};
 
 /// `inbye doctor`.
@@ -61,7 +62,7 @@ impl fmt::Display for Check {
 /// Looks at this machine. Returns false if something is to change.
 pub fn run(arguments: &DoctorArguments) -> anyhow::Result<bool> {
     let (threads, fastest) = thread_counts(arguments.seconds)?;
-    let mut checks = vec![processor(), threads, gpu(), engine()];
+    let mut checks = vec![processor(), threads, gpu()?, engine()];
     checks.extend(serial_ports());
     checks.push(features());
     let object = json!({ "checks": checks, "threads": fastest });
@@ -102,24 +103,47 @@ fn thread_counts(seconds: f64) -> anyhow::Result<(Check, usize)> {
     Ok((check, few))
 }
 
-fn gpu() -> Check {
+/// Opens every adapter; each takes a first decision.
+fn gpu() -> anyhow::Result<Check> {
     let adapters = machine::adapters();
     if adapters.is_empty() {
-        let cure = "Debian's mesa-vulkan-drivers and libvulkan1 have a software one; the CPU engine returns the same bits";
-        return Check { hint: Some(cure.to_owned()), ..Check::good("GPU", "no adapter found") };
+        let NoAdapter { text, cure } = NoAdapter::new();
+        let hint = format!("{cure}; the CPU engine returns the same bits");
+        return Ok(Check { hint: Some(hint), ..Check::good("GPU", text) });
     }
     let names: Vec<String> = adapters.iter().map(machine::adapter_text).collect();
-    Check::good("GPU", names.join("; "))
+    let mut failed = Vec::new();
+    let left_out = |error: &EngineError| failed.push(error.to_string());
+    open_engines(CpuEngines::OneAndAll, AdapterSelection::All, 1, left_out)?;
+    Ok(if failed.is_empty() {
+        Check::good("GPU", names.join("; "))
+    } else {
+        Check::bad("GPU", format!("{}; {}", names.join("; "), failed.join("; ")), GPU_CURE)
+    })
 }
+
+/// What to do about an adapter that does not work.
+const GPU_CURE: &str =
+    "update or reinstall the driver, or use --engine cpu, which returns the same bits";
 
 /// The engine that `--engine auto` takes for the default settings, measured again.
 fn engine() -> Check {
     let size = DecisionSize::default();
-    match engine_times(&size, machine::cores(), KeptTimes::None) {
+    let mut failed = Vec::new();
+    // One that does not open is in the check of the GPU.
+    let mut left_out = |error: &EngineError| {
+        failed.extend(may_recover(error).then(|| error.to_string()));
+    };
+    match engine_times(&size, machine::cores(), KeptTimes::None, &mut left_out) {
         Ok(times) => {
             let fastest = times.first().map_or("the CPU", |first| &first.name);
             let reason = fastest_text(&times, &size);
-            Check::good("auto", format!("--engine auto takes {fastest}: {reason}"))
+            let text = format!("--engine auto takes {fastest}: {reason}");
+            if failed.is_empty() {
+                Check::good("auto", text)
+            } else {
+                Check::bad("auto", format!("{text}; {}", failed.join("; ")), GPU_CURE)
+            }
         }
         Err(error) => Check::bad("auto", format!("{error:#}"), "use --engine cpu"),
     }

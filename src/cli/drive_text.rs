@@ -219,9 +219,7 @@ fn incidents(result: &MissionResult) -> Vec<(&'static str, String)> {
     if let Some(incidents) = &result.incidents
         && (incidents.failures.keys().any(lost) || incidents.reopened > 0)
     {
-        facts.push(("GPU", losses(incidents)));
-        let first = incidents.messages.first().map(|first| first.message.clone());
-        facts.extend(first.map(|message| ("GPU, first", message)));
+        facts.extend(gpu_facts(incidents));
     }
     facts.extend(result.deadline_stats.iter().map(|stats| ("deadline", misses(stats))));
     facts.extend(
@@ -237,6 +235,12 @@ fn incidents(result: &MissionResult) -> Vec<(&'static str, String)> {
         facts.push(("protection", format!("acted on commands, by ticks: {}", actions.join(", "))));
     }
     facts
+}
+
+/// The GPU failures, and the first message.
+pub fn gpu_facts(incidents: &Incidents) -> Vec<(&'static str, String)> {
+    let first = incidents.messages.first().map(|first| ("GPU, first", first.message.clone()));
+    core::iter::once(("GPU", losses(incidents))).chain(first).collect()
 }
 
 fn losses(incidents: &Incidents) -> String {

@@ -9,7 +9,8 @@ use anyhow::Context;
 use inbye::bench::{DecisionSize, EngineRequest, EngineTime, measure_engines};
 use inbye::input_file::read_text;
 use inbye::local::{
-    CpuEngine, Engine, EngineChoice, EngineError, SelectedEngine, open_engine, open_with_fallback,
+    CpuEngine, Engine, EngineChoice, EngineError, SelectedEngine, open_engine, open_to_replay,
+    open_with_fallback,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -80,10 +81,12 @@ pub enum KeptTimes {
 }
 
 /// Times of the engines for decisions of one size, the fastest first: from the user's file, or measured if the file has none.
+/// `left_out` receives the error of each GPU that was not measured.
 pub fn engine_times(
     size: &DecisionSize,
     threads: usize,
     usable: KeptTimes,
+    left_out: &mut dyn FnMut(&EngineError),
 ) -> anyhow::Result<Vec<EngineTime>> {
     let features = machine::cpu_features().join(" ");
     let machine = format!("{}, {}, {features}", env!("CARGO_PKG_VERSION"), machine::description());
@@ -100,9 +103,14 @@ pub fn engine_times(
         return Ok(times);
     }
     let mut clock = machine::wall_clock();
+    let mut is_kept = true;
     let times = measure_engines(size, threads, &mut clock, &mut thread::sleep, |error| {
-        output::note(format!("not measured: {error}"));
+        left_out(error);
+        is_kept &= !may_recover(error);
     })?;
+    if !is_kept {
+        return Ok(times);
+    }
     kept.retain(|one| !is_for(one));
     let excess = (kept.len() + 1).saturating_sub(KEPT);
     kept.drain(..excess);
@@ -115,6 +123,12 @@ pub fn engine_times(
         Some(Ok(())) => {}
     }
     Ok(times)
+}
+
+/// Whether a GPU that was not measured may work the next time: times without it are not kept. One that does not open rarely
+/// does, and each command would measure again.
+pub const fn may_recover(error: &EngineError) -> bool {
+    matches!(error, EngineError::Lost { .. })
 }
 
 /// The measurements of a file. One that cannot be read has none: it is replaced. A pipe may never end.
@@ -153,7 +167,9 @@ impl Selection {
             let (choice, reason) = (choice.clone(), "requested".to_owned());
             return Ok(Self { choice, threads, reason, is_named: true });
         }
-        let times = engine_times(size, threads, usable)?;
+        let times = engine_times(size, threads, usable, &mut |error| {
+            output::warn(format!("not measured: {error}"));
+        })?;
         let reason = fastest_text(&times, size);
         let first = times.first().context("no engine was measured")?;
         let (choice, threads) = first.choice(threads);
@@ -192,6 +208,16 @@ pub fn open_to_drive(
     // A GPU that was measured once may be missing now; one that the user names must be there.
     let gpu_required = gpu_required || is_named && choice != EngineChoice::Cpu;
     announce(&reason, || open_with_fallback(&choice, threads, gpu_required))
+}
+
+/// As [`open`], for a replay: a GPU has the CPU as fallback, so that the rest of a recording is compared after a failure.
+pub fn open_for_replay(
+    request: &EngineRequest,
+    size: &DecisionSize,
+    threads: usize,
+) -> anyhow::Result<Box<dyn Engine>> {
+    let selection = Selection::new(request, size, threads, KeptTimes::OfPresentEngines)?;
+    announce(&selection.reason, || open_to_replay(&selection.choice, selection.threads))
 }
 
 /// Opens an engine and prints its name, the reason for it and the time it took to open.
@@ -250,6 +276,15 @@ mod tests {
         assert_eq!(names(&["GPU (hardware, vulkan, a)"]), ["GPU", "CPU, 4 threads"]);
         assert_eq!(names(&[]), ["CPU, 4 threads"]);
         assert_eq!(names(&["GPU 2 (hardware, vulkan, a)"]), ["CPU, 4 threads"]);
+    }
+
+    #[test]
+    fn times_are_kept_without_an_adapter_that_does_not_open_but_not_without_one_that_failed() {
+        let (adapter, message) = ("GPU".to_owned(), String::new());
+        let closed = EngineError::Setup { adapter: adapter.clone(), message: message.clone() };
+        assert!(!may_recover(&closed) && !may_recover(&EngineError::NoGpuSupport));
+        let kind = inbye::local::GpuFailureKind::DeviceLost;
+        assert!(may_recover(&EngineError::Lost { adapter, kind, message }));
     }
 
     #[cfg(unix)]

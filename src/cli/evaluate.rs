@@ -20,7 +20,7 @@ pub struct EvaluateArguments {
     /// The problem, JSON.
     #[arg(long, value_name = "FILE.json")]
     pub problem: PathBuf,
-    /// Engine: `auto` measures once which is fastest; gpu:NAME is an adapter whose name contains NAME.
+    /// Engine: `auto` measures once which is fastest; gpu:NAME is the adapter NAME, or else the first whose name contains it.
     #[arg(long, default_value = "auto", value_parser = engine())]
     pub engine: EngineRequest,
     /// Also return every sample, in SI units.

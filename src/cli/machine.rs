@@ -105,14 +105,60 @@ pub fn with_option(error: EngineError) -> anyhow::Error {
     anyhow::anyhow!("{error} ({option})")
 }
 
-/// Opens these CPU engines and all adapters. An adapter that cannot be opened is skipped with a note.
-pub fn engines(cpu: CpuEngines) -> anyhow::Result<Vec<Box<dyn Engine>>> {
-    Ok(open_engines(cpu, AdapterSelection::All, cores(), note_skipped)?)
+/// Engines of this machine.
+pub struct Engines {
+    /// Those that opened.
+    pub open: Vec<Box<dyn Engine>>,
+    /// Why each of the other adapters did not open.
+    pub skipped: Vec<String>,
 }
 
-/// Notes an adapter that cannot be opened.
-pub fn note_skipped(error: &EngineError) {
-    output::note(format!("skipped: {error}"));
+/// Opens these CPU engines and all adapters. Warns of an adapter that does not open.
+pub fn engines(cpu: CpuEngines) -> anyhow::Result<Engines> {
+    let mut skipped = Vec::new();
+    let open = open_engines(cpu, AdapterSelection::All, cores(), |error| {
+        if *error == EngineError::NoGpuSupport {
+            return output::note(format!("skipped: {error}"));
+        }
+        output::warn(format!("skipped: {error}"));
+        skipped.push(error.to_string());
+    })?;
+    Ok(Engines { open, skipped })
+}
+
+/// Environment variables that name driver files to the Vulkan loader in place of the installed ones.
+const DRIVER_VARIABLES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
+
+/// Why this machine has no adapter, and what to do.
+pub struct NoAdapter {
+    /// What the graphics drivers report.
+    pub text: String,
+    /// What to do.
+    pub cure: String,
+}
+
+impl NoAdapter {
+    /// Looks for adapters again, and collects the messages of the drivers.
+    pub fn new() -> Self {
+        if !cfg!(feature = "gpu") {
+            let text = EngineError::NoGpuSupport.to_string();
+            return Self { text, cure: "build it with the feature `gpu`".to_owned() };
+        }
+        let messages = output::library_messages(|| drop(adapters()));
+        let failed = messages.iter().filter_map(|message| message.split_once("failed to create "));
+        let reasons: Vec<&str> = failed.map(|(_, reason)| reason).collect();
+        let reasons =
+            if reasons.is_empty() { String::new() } else { format!(": {}", reasons.join("; ")) };
+        let text = format!("no adapter found{reasons}");
+        let is_set = |name: &&str| std::env::var_os(name).is_some();
+        let variables: Vec<&str> = DRIVER_VARIABLES.into_iter().filter(is_set).collect();
+        let cure = if variables.is_empty() {
+            "install or reinstall a driver: Debian's mesa-vulkan-drivers and libvulkan1 have a software one".to_owned()
+        } else {
+            format!("check the driver files that {} names, or unset it", variables.join(", "))
+        };
+        Self { text, cure }
+    }
 }
 
 /// `inbye devices`: lists GPU adapters and CPU features.
@@ -122,15 +168,16 @@ pub fn devices() -> anyhow::Result<bool> {
     let listed =
         if features.is_empty() { "no vector features".to_owned() } else { features.join(" ") };
     let mut lines = vec![format!("CPU: {cores} cores, {architecture}, {listed}")];
-    if adapters.is_empty() {
-        let none = "GPU: no adapter found (Debian's mesa-vulkan-drivers has a software one)";
-        lines.push(none.to_owned());
+    let missing = adapters.is_empty().then(NoAdapter::new);
+    if let Some(NoAdapter { text, cure }) = &missing {
+        lines.push(format!("GPU: {text} ({cure})"));
     }
     for adapter in &adapters {
         lines.push(format!("GPU: {}", adapter_text(adapter)));
     }
     let cpu = json!({ "cores": cores, "architecture": architecture, "features": features });
-    output::result(&json!({ "adapters": adapters, "cpu": cpu }), lines)?;
+    let reason = missing.map(|missing| missing.text);
+    output::result(&json!({ "adapters": adapters, "cpu": cpu, "no_adapter": reason }), lines)?;
     Ok(true)
 }
 

@@ -6,15 +6,16 @@ use std::fmt;
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::process::exit;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anstyle::{AnsiColor, Style};
 use clap::{ArgAction, Args};
-use env_logger::Builder;
 use env_logger::fmt::Formatter;
+use env_logger::{Builder, Logger};
 use indicatif::style::ProgressTracker;
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
-use log::{Level, LevelFilter, Record};
+use log::{Level, LevelFilter, Log, Metadata, Record};
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -61,19 +62,71 @@ impl OutputArguments {
             (false, _) => (LevelFilter::Debug, LevelFilter::Debug),
         };
         let mut logger = Builder::new();
-        logger.filter_level(libraries).filter_module(PROGRAM, program).format(write_record).init();
+        let logger =
+            logger.filter_level(libraries).filter_module(PROGRAM, program).format(write_record);
+        let logger = MessageLogger { printed: logger.build() };
+        let level = logger.printed.filter();
+        // Only a second logger is refused.
+        if log::set_boxed_logger(Box::new(logger)).is_ok() {
+            log::set_max_level(level);
+        }
     }
+}
+
+/// Prints messages, and collects those of libraries for [`library_messages`].
+struct MessageLogger {
+    printed: Logger,
+}
+
+/// The messages of libraries, while they are collected.
+static COLLECTED: Mutex<Option<Vec<String>>> = Mutex::new(None);
+
+impl Log for MessageLogger {
+    fn enabled(&self, metadata: &Metadata) -> bool {
+        self.printed.enabled(metadata)
+    }
+
+    fn log(&self, record: &Record) {
+        if !is_own(record)
+            && let Some(messages) = &mut *COLLECTED.lock().unwrap_or_else(PoisonError::into_inner)
+        {
+            messages.push(record.args().to_string());
+        }
+        self.printed.log(record);
+    }
+
+    fn flush(&self) {
+        self.printed.flush();
+    }
+}
+
+/// Does some work and returns the messages of libraries during it, down to those for debugging, in order. They are printed as
+/// usual.
+pub fn library_messages(work: impl FnOnce()) -> Vec<String> {
+    let exchange = |messages| {
+        let mut collected = COLLECTED.lock().unwrap_or_else(PoisonError::into_inner);
+        std::mem::replace(&mut *collected, messages)
+    };
+    let level = log::max_level();
+    exchange(Some(Vec::new()));
+    log::set_max_level(level.max(LevelFilter::Debug));
+    work();
+    log::set_max_level(level);
+    exchange(None).unwrap_or_default()
+}
+
+/// Whether this program, not a library, wrote a message.
+fn is_own(record: &Record) -> bool {
+    let rest = record.target().strip_prefix(PROGRAM);
+    rest.is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
 }
 
 /// Formats a message of this program as plain text, a warning with its level, and a library's message with level and target.
 fn write_record(out: &mut Formatter, record: &Record) -> io::Result<()> {
     let (level, message) = (record.level(), record.args());
     let style = out.default_level_style(level);
-    let target = record.target();
-    let is_own =
-        target.strip_prefix(PROGRAM).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"));
-    if !is_own {
-        let level = level.as_str().to_lowercase();
+    if !is_own(record) {
+        let (level, target) = (level.as_str().to_lowercase(), record.target());
         return writeln!(out, "{style}{level}:{style:#} {target}: {message}");
     }
     let mark = if level == Level::Warn { "warning:" } else { "" };

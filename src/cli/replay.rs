@@ -13,6 +13,7 @@ use serde_json::{Value, json};
 
 use super::arguments::EngineArguments;
 use super::drive_pictures::{PictureArguments, Pictures};
+use super::drive_text::gpu_facts;
 use super::files::command_line;
 use super::output;
 use super::own_programs::{Words, words};
@@ -33,7 +34,9 @@ const REPLAYED: &str = "One mission, replayed from its recording, as the robot k
     The answers of a controller are recorded, so its program does not run. A global planner runs again, and only with \
     --global-planner: a recording of another person must not run a command on this machine.\n\
     `complete` is false for a file that was truncated or whose recording stopped: it is replayed up to its end.\n\
-    Exit status: 0 all bits agree; 1 they differ; 2 the file cannot be used.")]
+    A GPU has the CPU as fallback, so that the rest of the recording is still compared after a GPU failure. Then the CPU decided some \
+    ticks, and the replay is no proof for that GPU: `cpu_ticks` counts them, and the exit status is 1.\n\
+    Exit status: 0 all bits agree; 1 they differ, or the CPU decided ticks in place of a GPU; 2 the file cannot be used.")]
 pub struct ReplayArguments {
     /// The recording: a file of `inbye drive --record FILE.mcap`.
     #[arg(value_name = "FILE.mcap")]
@@ -47,14 +50,14 @@ pub struct ReplayArguments {
     pub pictures: PictureArguments,
 }
 
-/// Repeats the decisions of a recording. Returns false if a bit differs.
+/// Repeats the decisions of a recording. Returns false if a bit differs, or the CPU decided in place of a GPU.
 pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
     let name = || format!("{}", arguments.file.display());
     let file = File::open(&arguments.file).map_err(|error| {
         refused(format!("{}: cannot be read", name()), error, "name a recording")
     })?;
     let mut recording = Reader::open(BufReader::new(file)).with_context(name)?;
-    let engine = arguments.engine.open(&recording.metadata().config, false)?;
+    let engine = arguments.engine.open_to_replay(&recording.metadata().config)?;
     let recorded_engine = recording.metadata().engine.clone();
     let pictures = Pictures::create(&arguments.pictures)?;
     let config = recording.metadata().config.clone();
@@ -74,7 +77,11 @@ pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
     }
     let (ticks, engine) = (replay.ticks, &replay.engine);
     let difference = replay.first_difference.as_ref();
+    let (incidents, cpu_ticks) = (replay.drive.incidents.as_ref(), replay.cpu_ticks());
     let mut lines = vec![match difference {
+        None if cpu_ticks > 0 => format!(
+            "the same bits in all {ticks} ticks, but the CPU decided {cpu_ticks} of them in place of the GPU"
+        ),
         None => format!("the same bits in all {ticks} ticks"),
         Some(Difference { tick, time_s, field, recorded, replayed, .. }) => format!(
             "DIFFERS first at tick {tick} of {ticks}, at {time_s:.3} s: {field} was {}, is {}",
@@ -84,6 +91,9 @@ pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
     }];
     lines.push(format!("recorded on  {recorded_engine}"));
     lines.push(format!("replayed on  {engine}"));
+    if let Some(incidents) = incidents.filter(|incidents| incidents.total() > 0) {
+        lines.extend(gpu_facts(incidents).iter().map(|(name, fact)| format!("{name:<12} {fact}")));
+    }
     if !replay.is_complete {
         lines.push(format!(
             "the recording is truncated: it ends with tick {}, before the end of the drive",
@@ -97,6 +107,9 @@ pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
         "recorded_engine": recorded_engine,
         "first_difference": difference.map(difference_object),
         "complete": replay.is_complete,
+        "gpu_losses": incidents.map(|incidents| &incidents.failures),
+        "gpu_incidents": incidents.map(|incidents| &incidents.messages),
+        "cpu_ticks": incidents.map(|_| cpu_ticks),
     });
     output::result(&object, lines)?;
     if let Some(playback) = &playback {
@@ -116,7 +129,7 @@ pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
         };
         pictures.write(REPLAYED, view, playback)?;
     }
-    Ok(replay.agrees())
+    Ok(replay.agrees() && cpu_ticks == 0)
 }
 
 /// Adds the command-line option that avoids an error.

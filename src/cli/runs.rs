@@ -149,7 +149,7 @@ pub enum Done {
     Busy,
     /// Ctrl-C came before it began, or while its programs ran.
     Interrupted,
-    /// This machine does not have its engine.
+    /// This machine does not have its engine, or its GPU failed during the run. The cell has no result.
     NoEngine(String),
 }
 
@@ -241,7 +241,13 @@ impl Workers<'_> {
             Ok(engine) => engine,
             Err(error) => return Ok(Done::NoEngine(error.to_string())),
         };
-        let file = run_cell(cell, engine, &mut wall_clock(), self.machine);
+        let file = match run_cell(cell, engine, &mut wall_clock(), self.machine) {
+            Ok(file) => file,
+            Err(error) => {
+                store.log(&cell.row.key, "failed");
+                return Ok(Done::NoEngine(error.to_string()));
+            }
+        };
         if is_cut(cell, &file.row) {
             return Ok(Done::Interrupted);
         }
@@ -258,7 +264,7 @@ pub fn run_alone(
     machine_name: &str,
 ) -> anyhow::Result<CellFile> {
     let _lock = latency_lock::of(cell)?;
-    Ok(run_cell(cell, open_engine(cell, engines)?, &mut wall_clock(), machine_name))
+    Ok(run_cell(cell, open_engine(cell, engines)?, &mut wall_clock(), machine_name)?)
 }
 
 /// A table of groups.

@@ -143,7 +143,7 @@ fn compare(
     let (jobs, machine) = (arguments.missions_of.run.jobs(), machine::description());
     let mut all = Vec::new();
     for open in others(first)? {
-        let run = |cell: &&Cell| Ok(run_cell(cell, open()?, &mut wall_clock(), &machine));
+        let run = |cell: &&Cell| Ok(run_cell(cell, open()?, &mut wall_clock(), &machine)?);
         let again = in_memory(&some, jobs, run)?;
         all.extend(compare_digests(rows, &again));
     }
@@ -155,7 +155,7 @@ type Open = Box<dyn Fn() -> anyhow::Result<Box<dyn Engine>> + Sync>;
 
 /// Every GPU adapter except the first engine; without one the CPU on one thread with the next slower instructions.
 fn others(first: &str) -> anyhow::Result<Vec<Open>> {
-    let engines = machine::engines(CpuEngines::OneAndAll)?;
+    let engines = machine::engines(CpuEngines::OneAndAll)?.open;
     let adapters = engines.iter().filter(|engine| engine.kind() == "gpu" && engine.name() != first);
     let open =
         |choice: EngineChoice| -> Open { Box::new(move || Ok(open_engine(&choice, 1)?.engine)) };

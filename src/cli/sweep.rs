@@ -35,7 +35,8 @@ const FOLDER: &str = "inbye-sweep";
     that time.\n\
     JSON fields: `cells`, `found`, `driven`, `errors`, `left` [{`key`, `reason`}], `out`; with --list `cells`, a list, in which \
     `also` has the further names of a cell.\n\
-    Exit status 1: cells are left, because this machine does not have their engine."
+    Exit status 1: cells are left, because this machine does not have their engine, or a GPU failed during their run. The same \
+    command drives them again."
 )]
 pub struct SweepArguments {
     #[command(subcommand)]

@@ -7,11 +7,13 @@ use inbye::local::CpuEngines;
 use serde_json::json;
 
 use super::arguments::whole;
-use super::{machine, output};
+use super::machine::{self, Engines};
+use super::output;
 
 /// `inbye verify`.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  inbye verify --cases 500 --seed 1 --json")]
+#[command(after_help = "Example:\n  inbye verify --cases 500 --seed 1 --json\n\n\
+    Exit status: 0 all engines agree; 1 bits differ, or an adapter does not open (`skipped`); 2 an engine fails.")]
 pub struct VerifyArguments {
     /// Number of random problems.
     #[arg(long, default_value_t = 200, allow_negative_numbers = true, value_parser = whole::<u64>(1, u64::MAX))]
@@ -21,9 +23,10 @@ pub struct VerifyArguments {
     pub seed: u64,
 }
 
-/// Compares all engines and CPU instruction sets on random problems. Returns false if a bit differs.
+/// Compares all engines and CPU instruction sets on random problems. Returns false if a bit differs, or an adapter does not
+/// open.
 pub fn run(arguments: &VerifyArguments) -> anyhow::Result<bool> {
-    let mut all = machine::engines(CpuEngines::InstructionSets)?;
+    let Engines { open: mut all, skipped } = machine::engines(CpuEngines::InstructionSets)?;
     let bar = output::progress(arguments.cases, "verifying", "problems");
     let done = |done| bar.set_position(done);
     let result = verify(&mut all, arguments.cases, arguments.seed, done).context("verify")?;
@@ -50,6 +53,7 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<bool> {
             format!("  case {case}, {what}: {found} on {engine}, {} on {}", one.expected, names[0])
         }));
     }
+    lines.extend(skipped.iter().map(|reason| format!("NOT compared: {reason}")));
     let engines = named().map(|((name, digest), golden)| {
         json!({ "name": name, "digest": digest, "golden_digest": golden })
     });
@@ -59,11 +63,12 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<bool> {
         "samples": result.samples,
         "engines": engines.collect::<Vec<_>>(),
         "agree": agree,
+        "skipped": skipped,
         "golden_digest": GOLDEN_DIGEST,
         "difference_count": result.difference_count,
         "differences": result.differences,
         "golden_differences": golden.differences,
     });
     output::result(&object, lines)?;
-    Ok(agree)
+    Ok(agree && skipped.is_empty())
 }

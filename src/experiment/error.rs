@@ -104,6 +104,18 @@ pub enum ExperimentError {
         /// Both files.
         files: [PathBuf; 2],
     },
+    /// A run whose GPU failed: the CPU took decisions in its place.
+    #[error(
+        "{reason}: the CPU took {on_cpu} of {decisions} decisions in its place, so the run is no result; drive it again"
+    )]
+    GpuFailed {
+        /// Decisions that the CPU took.
+        on_cpu: u64,
+        /// All decisions of the run.
+        decisions: u64,
+        /// The first failure.
+        reason: String,
+    },
     /// A map that cannot be read, or a world too large for one grid.
     #[error(transparent)]
     Map(#[from] MapError),

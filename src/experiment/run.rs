@@ -123,19 +123,26 @@ pub fn open_engine(cell: &Cell, shared: &SharedEngines) -> Result<Box<dyn Engine
 
 /// Drives a cell on its engine. `clock`, in seconds, times the ticks of a timed cell on a machine of this name; other
 /// cells see no clock. A run that cannot start is a result too.
+///
+/// # Errors
+/// [`ExperimentError::GpuFailed`] when the CPU took decisions in place of a GPU. That is no result of the cell: its times and its
+/// `ran_on` would be wrong. The cell can be driven again.
 pub fn run_cell(
     cell: &Cell,
     decider: impl Into<Decider>,
     clock: &mut dyn FnMut() -> f64,
     machine: &str,
-) -> CellFile {
+) -> Result<CellFile, ExperimentError> {
     let mut no_clock = || 0.0;
     let is_timed = cell.timed || cell.row.latency;
     let mut observer =
         Observer { clock: if is_timed { clock } else { &mut no_clock }, on_tick: &mut |_| {} };
     let driven = cell.world.drive(cell.row.seed, &cell.config, decider, &mut observer);
     let row = match driven {
-        Ok(run) => run.row,
+        Ok(run) => {
+            check_gpu(&run)?;
+            run.row
+        }
         Err(error) => RunRow { reason: Some(error.to_string()), ..cell.row.clone() },
     };
     let mut row = row.named(&cell.row);
@@ -145,5 +152,22 @@ pub fn run_cell(
         row.machine = Some(machine.to_owned());
         row.threads = Some(cell.threads);
     }
-    CellFile { inputs: cell.inputs(), row }
+    Ok(CellFile { inputs: cell.inputs(), row })
+}
+
+/// Checks that the GPU of a run took all decisions.
+fn check_gpu(run: &Run) -> Result<(), ExperimentError> {
+    let incidents = run.result.as_ref().and_then(|result| result.incidents.as_ref());
+    match incidents.filter(|incidents| incidents.on_cpu > 0) {
+        None => Ok(()),
+        Some(incidents) => Err(ExperimentError::GpuFailed {
+            on_cpu: incidents.on_cpu,
+            decisions: incidents.decisions,
+            reason: incidents
+                .messages
+                .first()
+                .map(|first| first.message.clone())
+                .unwrap_or_default(),
+        }),
+    }
 }

@@ -4,7 +4,7 @@ use core::str::FromStr;
 use std::time::Duration;
 
 #[cfg(feature = "gpu")]
-use super::gpu::{Adapter, AdapterSummary, GpuEngine, adapters};
+use super::gpu::{AdapterSummary, GpuEngine, adapters};
 use super::{BackgroundOpener, CpuEngine, Engine, EngineError, Failover, InstructionSet};
 
 /// Longest wait for an answer of the GPU while driving: half of the default control period, so that the CPU can still
@@ -18,7 +18,8 @@ pub enum EngineChoice {
     /// The CPU.
     #[default]
     Cpu,
-    /// A GPU, hardware before software. With a name: the first adapter whose name contains it, ignoring case.
+    /// A GPU, hardware before software. With a name: the adapter of that name, or else the first one whose name contains it,
+    /// ignoring case.
     Gpu(Option<String>),
 }
 
@@ -64,7 +65,7 @@ pub fn open_engine(choice: &EngineChoice, threads: usize) -> Result<SelectedEngi
 /// CPU continues with the same bits and the GPU is reopened later, see [`Failover`](super::Failover). Unless `gpu_required`
 /// is set, the same is true of a GPU that does not open at the start.
 ///
-/// The GPU has 50 ms for each answer.
+/// The GPU has 50 ms for each answer. A call in which its driver blocks for longer is not ended; it counts as a failure afterwards.
 ///
 /// # Errors
 /// With `gpu_required`, when the choice is the CPU or the GPU does not open. When the system refuses a thread.
@@ -73,16 +74,42 @@ pub fn open_with_fallback(
     threads: usize,
     gpu_required: bool,
 ) -> Result<SelectedEngine, EngineError> {
-    let EngineChoice::Gpu(name) = choice else {
-        let selected = open_cpu(threads)?;
-        return if gpu_required {
-            Err(EngineError::GpuRequired { selected: selected.description })
-        } else {
-            Ok(selected)
-        };
-    };
+    match choice {
+        EngineChoice::Gpu(name) => {
+            open_failover(name.as_deref(), threads, gpu_required, Some(DRIVING_TIMEOUT))
+        }
+        EngineChoice::Cpu if gpu_required => {
+            let selected = CpuEngine::with_threads(threads)?.name();
+            Err(EngineError::GpuRequired { selected })
+        }
+        EngineChoice::Cpu => open_cpu(threads),
+    }
+}
+
+/// Opens the chosen engine for a replay. As [`open_with_fallback`], but a GPU must open, and it has as long for each answer as an
+/// engine of [`open_engine`]: no robot waits.
+///
+/// # Errors
+/// When the choice is a GPU and no matching adapter opens, or the system refuses a thread.
+pub fn open_to_replay(
+    choice: &EngineChoice,
+    threads: usize,
+) -> Result<SelectedEngine, EngineError> {
+    match choice {
+        EngineChoice::Gpu(name) => open_failover(name.as_deref(), threads, true, None),
+        EngineChoice::Cpu => open_cpu(threads),
+    }
+}
+
+/// Opens a GPU with the CPU as fallback, with another timeout than the default if one is given.
+fn open_failover(
+    name: Option<&str>,
+    threads: usize,
+    gpu_required: bool,
+    timeout: Option<Duration>,
+) -> Result<SelectedEngine, EngineError> {
     let cpu = CpuEngine::with_threads(threads)?;
-    let (gpu, description) = match open_gpu(name.as_deref(), Some(DRIVING_TIMEOUT)) {
+    let (gpu, description) = match open_gpu(name, timeout) {
         Ok(opened) => (Ok(opened.engine), opened.description),
         Err(error) if gpu_required || matches!(error, EngineError::NoGpuSupport) => {
             return Err(error);
@@ -92,9 +119,9 @@ pub fn open_with_fallback(
             (Err(error), description)
         }
     };
-    let name = name.clone();
-    let reopen = move || Ok(open_gpu(name.as_deref(), Some(DRIVING_TIMEOUT))?.engine);
-    let engine = Failover::new(gpu, BackgroundOpener::new(reopen), cpu);
+    let name = name.map(str::to_owned);
+    let reopen = move || Ok(open_gpu(name.as_deref(), timeout)?.engine);
+    let engine = Failover::new(gpu, BackgroundOpener::new(reopen), cpu).with_timeout(timeout);
     Ok(SelectedEngine { engine: Box::new(engine), description })
 }
 
@@ -174,8 +201,17 @@ fn open_cpu(threads: usize) -> Result<SelectedEngine, EngineError> {
     Ok(SelectedEngine { description: engine.name(), engine: Box::new(engine) })
 }
 
-/// Opens the first adapter, or the first one whose name contains `requested`; with another timeout than the default if one is
-/// given.
+/// The index of the requested name, or else of the first name that contains it, ignoring case: one card's name may begin with
+/// that of another.
+#[cfg(feature = "gpu")]
+fn index_of_name(names: &[&str], requested: &str) -> Option<usize> {
+    let requested = requested.to_lowercase();
+    let names: Vec<String> = names.iter().map(|name| name.to_lowercase()).collect();
+    let exact = names.iter().position(|name| *name == requested);
+    exact.or_else(|| names.iter().position(|name| name.contains(&requested)))
+}
+
+/// Opens the first adapter, or the one of the requested name; with another timeout than the default if one is given.
 #[cfg(feature = "gpu")]
 fn open_gpu(
     requested: Option<&str>,
@@ -184,15 +220,13 @@ fn open_gpu(
     let adapters = adapters();
     let mut adapter = adapters.first().ok_or(EngineError::NoAdapter)?;
     if let Some(requested) = requested {
-        let pattern = requested.to_lowercase();
-        let matches = |one: &&Adapter| one.summary.name.to_lowercase().contains(&pattern);
-        adapter = adapters.iter().find(matches).ok_or_else(|| {
-            let names: Vec<&str> = adapters.iter().map(|one| one.summary.name.as_str()).collect();
-            EngineError::AdapterNotFound {
+        let names: Vec<&str> = adapters.iter().map(|one| one.summary.name.as_str()).collect();
+        let index =
+            index_of_name(&names, requested).ok_or_else(|| EngineError::AdapterNotFound {
                 requested: requested.to_owned(),
                 available: names.join(", "),
-            }
-        })?;
+            })?;
+        adapter = &adapters[index];
     }
     let AdapterSummary { name, software, .. } = &adapter.summary;
     let kind = if *software { "software adapter" } else { "hardware adapter" };
@@ -206,4 +240,19 @@ fn open_gpu(
 #[cfg(not(feature = "gpu"))]
 fn open_gpu(_: Option<&str>, _: Option<Duration>) -> Result<SelectedEngine, EngineError> {
     Err(EngineError::NoGpuSupport)
+}
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::index_of_name;
+
+    #[test]
+    fn adapter_of_the_exact_name_comes_before_names_that_contain_it() {
+        let names = ["NVIDIA A100", "NVIDIA A10", "llvmpipe"];
+        assert_eq!(index_of_name(&names, "NVIDIA A10"), Some(1));
+        assert_eq!(index_of_name(&names, "nvidia a10"), Some(1));
+        assert_eq!(index_of_name(&names, "A10"), Some(0));
+        assert_eq!(index_of_name(&names, "pipe"), Some(2));
+        assert_eq!(index_of_name(&names, "H200"), None);
+    }
 }

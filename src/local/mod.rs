@@ -40,10 +40,12 @@ pub use engine::{
 };
 pub use engine_selection::{
     AdapterSelection, CpuEngines, EngineChoice, SelectedEngine, open_engine, open_engines,
-    open_with_fallback,
+    open_to_replay, open_with_fallback,
 };
 pub use error::{DecisionError, EngineError, GpuFailureKind, ProblemError};
 pub use explain::{Decision, Explainer, FanArc, SampleSi, TermsSi, TrajectoryFan, WinnerSi};
+#[cfg(feature = "experiment")]
+pub(crate) use failover::DeviceCloser;
 pub use failover::{BackgroundOpener, Failover, GpuSource, Incident, Incidents};
 pub use field::ClearanceField;
 #[cfg(feature = "gpu")]

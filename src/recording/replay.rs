@@ -106,6 +106,13 @@ impl Replay {
     pub const fn agrees(&self) -> bool {
         self.first_difference.is_none()
     }
+
+    /// Number of decisions that the CPU took in place of a GPU, because the GPU failed or was missing. They do not show what the
+    /// GPU decides.
+    #[must_use]
+    pub fn cpu_ticks(&self) -> u64 {
+        self.drive.incidents.as_ref().map_or(0, |incidents| incidents.on_cpu)
+    }
 }
 
 /// Repeats the recorded decisions up to the end of the recording or the first difference.

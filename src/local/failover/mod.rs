@@ -9,10 +9,11 @@ mod incidents;
 mod winner_check;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::{Duration, Instant};
 
-use background::DeviceCloser;
 use winner_check::WinnerCheck;
 
+pub(crate) use background::DeviceCloser;
 pub use background::{BackgroundOpener, GpuSource};
 pub use incidents::{Incident, Incidents};
 
@@ -32,6 +33,8 @@ pub struct Failover {
     winner_check: WinnerCheck,
     closer: DeviceCloser,
     incidents: Incidents,
+    /// Longest time of the GPU for each problem.
+    timeout: Option<Duration>,
 }
 
 crate::settings::opaque_debug!(Failover);
@@ -52,12 +55,21 @@ impl Failover {
             winner_check: WinnerCheck::default(),
             closer: DeviceCloser::default(),
             incidents: Incidents::default(),
+            timeout: None,
         };
         match gpu {
             Ok(gpu) => failover.gpu = Some(gpu),
             Err(error) => failover.record_failure(error.failure_kind(), error.to_string()),
         }
         failover
+    }
+
+    /// Limits the time of the GPU for each problem, or does not. A later answer is used, but it counts as a failure of the kind
+    /// [`GpuFailureKind::TimedOut`]. The engine's own timeout ends a wait for the device; it does not end a call in which the driver
+    /// blocks, and neither does this limit.
+    #[must_use]
+    pub fn with_timeout(self, timeout: Option<Duration>) -> Self {
+        Self { timeout, ..self }
     }
 
     /// The engine that decides now.
@@ -68,9 +80,10 @@ impl Failover {
         }
     }
 
-    /// Returns the answer of the GPU if it passes the check.
+    /// Returns the answer of the GPU to this number of problems if it passes the check.
     fn try_gpu<T>(
         &mut self,
+        problems: usize,
         evaluate: impl FnOnce(&mut dyn Engine) -> Result<T, EngineError>,
         check: impl FnOnce(&mut WinnerCheck, &T) -> Result<(), String>,
     ) -> Option<T> {
@@ -79,11 +92,12 @@ impl Failover {
         let gpu = self.gpu.as_mut()?;
         // wgpu reports most faults and panics at some. After a panic the engine is dropped, so its state is not used
         // again.
+        let began = Instant::now();
         let answer = catch_unwind(AssertUnwindSafe(|| evaluate(gpu.as_mut())));
         let (kind, message) = match answer {
             Ok(Ok(answer)) => match check(&mut self.winner_check, &answer) {
                 Ok(()) => {
-                    self.back_off.record_success();
+                    self.record_answer(problems, began.elapsed());
                     return Some(answer);
                 }
                 Err(message) => (GpuFailureKind::WrongAnswer, message),
@@ -93,6 +107,21 @@ impl Failover {
         };
         self.record_failure(kind, message);
         None
+    }
+
+    /// Records a correct answer; one that came too late is a failure.
+    fn record_answer(&mut self, problems: usize, elapsed: Duration) {
+        let limit = self.timeout.map(|timeout| timeout.saturating_mul(problems as u32));
+        match limit.filter(|limit| elapsed > *limit) {
+            None => self.back_off.record_success(),
+            Some(limit) => {
+                let (ms, limit_ms) = (elapsed.as_millis(), limit.as_millis());
+                let message = format!(
+                    "the driver blocked: the answer took {ms} ms, longer than {limit_ms} ms"
+                );
+                self.record_failure(GpuFailureKind::TimedOut, message);
+            }
+        }
     }
 
     /// Records a failure and closes the device. A problem that is too large leaves the device usable.
@@ -142,6 +171,7 @@ impl Engine for Failover {
         detail: Detail,
     ) -> Result<Evaluation, EngineError> {
         let answer = self.try_gpu(
+            1,
             |gpu| gpu.evaluate(problem, detail),
             |winner_check, answer| winner_check.check(problem, answer, detail),
         );
@@ -159,6 +189,7 @@ impl Engine for Failover {
         detail: Detail,
     ) -> Result<Vec<Evaluation>, EngineError> {
         let answers = self.try_gpu(
+            problems.len(),
             |gpu| gpu.evaluate_batch(problems, detail),
             |winner_check, answers| winner_check.check_all(problems, answers, detail),
         );

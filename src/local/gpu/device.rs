@@ -1,5 +1,6 @@
 //! Graphics adapters and devices, and their error reports.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -15,7 +16,7 @@ const POLLS: usize = 1000;
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct AdapterSummary {
-    /// Name of the adapter.
+    /// Name of the adapter, unique on this machine: the second of the same name is called `NAME #2`.
     pub name: String,
     /// Graphics API, such as `vulkan`.
     pub backend: String,
@@ -41,7 +42,20 @@ pub fn adapters() -> Vec<Adapter> {
     let found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
     let mut adapters: Vec<Adapter> = found.into_iter().map(Adapter::new).collect();
     adapters.sort_by_key(|adapter| adapter.summary.software);
+    number_equal_names(adapters.iter_mut().map(|adapter| &mut adapter.summary.name));
     adapters
+}
+
+/// Appends ` #2`, ` #3`... to the further names of several equal ones, so that each card of several can be named.
+fn number_equal_names<'a>(names: impl Iterator<Item = &'a mut String>) {
+    let mut counts: BTreeMap<String, u32> = BTreeMap::new();
+    for name in names {
+        let count = counts.entry(name.clone()).or_default();
+        *count += 1;
+        if *count > 1 {
+            *name = format!("{name} #{count}");
+        }
+    }
 }
 
 impl Adapter {
@@ -221,6 +235,13 @@ impl Faults {
 mod tests {
     use super::*;
     use GpuFailureKind::{DeviceLost, Internal, OutOfMemory, Validation};
+
+    #[test]
+    fn adapters_of_equal_names_are_numbered() {
+        let mut names = ["A100", "A10", "A100", "A100"].map(str::to_owned);
+        number_equal_names(names.iter_mut());
+        assert_eq!(names, ["A100", "A10", "A100 #2", "A100 #3"]);
+    }
 
     /// No test may exhaust the memory of a shared machine, so the test constructs wgpu's errors.
     #[test]

@@ -69,7 +69,8 @@ impl GpuEngine {
     }
 
     /// Sets the timeout of each problem; the default is 20 s. A later answer is an error of the kind
-    /// [`GpuFailureKind::TimedOut`]; it is never taken for the answer to another problem.
+    /// [`GpuFailureKind::TimedOut`]; it is never taken for the answer to another problem. The timeout limits the wait for the
+    /// device. It cannot end a call in which the driver blocks, see [`Failover::with_timeout`](crate::local::Failover::with_timeout).
     pub const fn set_timeout(&mut self, timeout: Duration) {
         self.timeout = timeout;
     }

@@ -256,6 +256,20 @@ fn interrupted_drive_writes_what_it_has() {
 
 #[cfg(unix)]
 #[test]
+fn interrupted_density_writes_the_rows_that_it_has() {
+    let place = Workplace::new();
+    let arguments = "bench density --seconds 0.3 --record rows.csv --report page";
+    let (status, _, stderr) = place.interrupted(arguments, "page");
+    assert_eq!(status, 1, "{stderr}");
+    assert!(stderr.contains("the finished ones are written"), "{stderr}");
+    let rows = std::fs::read_to_string(place.path("rows.csv")).expect("rows");
+    assert!((2..20).contains(&rows.lines().count()), "{rows}");
+    let page = std::fs::read_to_string(place.path("page/index.html")).expect("a page");
+    assert!(page.contains("The experiment was interrupted"), "{page}");
+}
+
+#[cfg(unix)]
+#[test]
 fn interrupted_soak_keeps_its_runs_and_goes_on() {
     let place = Workplace::new();
     let arguments = "bench soak --missions 40 --longest 15 --threads 1 --out runs --report page";

@@ -152,4 +152,14 @@ fn missing_adapter_fails_for_gpu_and_falls_back_for_auto() {
     let run = place.run(&format!("{ends} --engine auto"));
     assert!(run.engine_note.unwrap().contains("fastest for"));
     assert_eq!(place.json("devices").1["adapters"], serde_json::json!([]));
+    // The drivers' own reason, and the variable that hides the installed ones.
+    let reason = place.json("devices").1["no_adapter"].as_str().unwrap_or_default().to_owned();
+    if cfg!(feature = "gpu") {
+        assert!(reason.starts_with("no adapter found: Vulkan backend: "), "{reason}");
+        let devices = place.run("devices").stdout;
+        assert!(devices.contains(&reason) && devices.contains("VK_ICD_FILENAMES"), "{devices}");
+        let checks = place.json("doctor --seconds 0.01").1["checks"].clone();
+        let checks = checks.as_array().expect("checks");
+        assert!(checks.iter().any(|check| check["text"] == reason), "{checks:?}");
+    }
 }

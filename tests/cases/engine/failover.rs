@@ -122,6 +122,27 @@ fn every_gpu_failure_gets_the_same_bits_from_the_cpu_in_the_same_tick() {
     }
 }
 
+/// A driver that blocks within a call cannot be interrupted.
+#[test]
+fn late_answer_of_a_blocked_driver_counts_as_a_failure() {
+    let limit = Duration::from_secs(2);
+    let gpu = FaultyGpu::boxed(move |decision, _, answer| {
+        if decision == 4 {
+            std::thread::sleep(limit + Duration::from_millis(1));
+        }
+        Ok(answer)
+    });
+    let mut failover =
+        with_fallback(Ok(gpu), || Ok(FaultyGpu::correct())).with_timeout(Some(limit));
+    check_answers(&mut failover, 0..30);
+    let incidents = incidents_of(&failover);
+    assert_eq!(incidents.failures.get(&GpuFailureKind::TimedOut), Some(&1));
+    assert!(incidents.messages[0].message.contains("longer than 2000 ms"), "{incidents:?}");
+    // The late answer is used; the CPU decides until the GPU is reopened.
+    assert_eq!((incidents.on_cpu, incidents.reopened), (u64::from(FIRST_RETRY) - 1, 1));
+    assert_eq!(incidents.messages[0].decision, 4);
+}
+
 #[test]
 fn missing_gpu_is_retried_after_growing_delays() {
     let attempts = Arc::new(Mutex::new(0_u32));

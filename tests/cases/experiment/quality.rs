@@ -1,5 +1,7 @@
 //! Quality of commands from few samples: regret, and distances from the command of the densest sampling.
 
+use std::ops::ControlFlow;
+
 use inbye::bench::{
     QualityPlan, RegretBaseline, Roadway, grid_counts, measure_quality, percentile, roadway_field,
     usual_shape,
@@ -106,8 +108,12 @@ fn densest_sampling_has_no_regret() {
         ticks: 3,
     };
     let mut ticks = 0;
-    let rows = measure_quality(&mut CpuEngine::single_threaded(), &plan, || ticks += 1)
-        .expect("a sound plan");
+    let done = || {
+        ticks += 1;
+        ControlFlow::Continue(())
+    };
+    let rows =
+        measure_quality(&mut CpuEngine::single_threaded(), &plan, done).expect("a sound plan");
     assert_eq!((rows.len(), ticks), (4, 6));
     for row in &rows {
         assert_eq!(row.decisions, 3, "{row:?}");
@@ -138,7 +144,8 @@ fn losses_are_distances_from_the_best_command() {
             decisions += 1;
         }
     });
-    let rows = measure_quality(&mut engine, &plan, || ()).expect("a sound plan");
+    let rows =
+        measure_quality(&mut engine, &plan, || ControlFlow::Continue(())).expect("a sound plan");
     let row = &rows[0];
     let field = roadway_field();
     let mut command = |samples, tick| {

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use inbye::experiment::missions::{MissionSite, Rules};
 use inbye::experiment::{
-    ABLATION_VARIANTS, Grid, RunOutcome, RunRow, Setup, SoakSummary, TrafficKind, World, WorldKind,
-    ablation_groups, compare_digests, groups, run_cell, sampling_setups, spread_evenly,
+    ABLATION_VARIANTS, ExperimentError, Grid, RunOutcome, RunRow, Setup, SoakSummary, TrafficKind,
+    World, WorldKind, ablation_groups, compare_digests, groups, run_cell, sampling_setups,
+    spread_evenly,
 };
 use inbye::global::Searcher;
-use inbye::local::{CpuEngine, Engine, InstructionSet, Sampler};
+use inbye::local::{CpuEngine, Engine, EngineError, Failover, InstructionSet, Sampler};
 use inbye::map::FreeSpace;
 use inbye::robot::Footprint;
 use inbye::runtime::{Config, Observer, PlantKind};
@@ -215,10 +216,20 @@ fn missions_of_a_grid_take_turns_on_the_maps() {
         now
     };
     let engine = || Box::new(CpuEngine::single_threaded());
-    let timed = run_cell(&grid.cells[0], engine(), &mut clock, "a machine").row;
-    let untimed = run_cell(&grid.cells[0], engine(), &mut || 0.0, "").row;
+    let timed = run_cell(&grid.cells[0], engine(), &mut clock, "a machine");
+    let timed = timed.expect("the CPU does not fail").row;
+    let untimed = run_cell(&grid.cells[0], engine(), &mut || 0.0, "");
+    let untimed = untimed.expect("the CPU does not fail").row;
     assert!(timed.tick_p50_ms > Some(0.0) && timed.machine.is_none());
     assert_eq!(timed.without_clock(), untimed.without_clock());
+    // Times of the CPU must not stand for those of a GPU that is lost or missing.
+    let open = || Err(EngineError::NoAdapter);
+    let no_gpu = Failover::new(open(), open, CpuEngine::single_threaded());
+    let failed = run_cell(&grid.cells[0], Box::new(no_gpu), &mut || 0.0, "");
+    let Err(ExperimentError::GpuFailed { on_cpu, decisions, reason }) = failed else {
+        panic!("{failed:?}");
+    };
+    assert!(on_cpu > 0 && on_cpu == decisions && reason.contains("no GPU adapter"), "{reason}");
     let mut impure = setups[0].clone();
     impure.config.navigator.deadline_s = Some(0.1);
     let error = Grid::of_missions("", &worlds, &[impure], 1, 1).expect_err("a deadline");

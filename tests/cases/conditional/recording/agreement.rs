@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use inbye::local::{CpuEngine, EngineError, Failover};
 use inbye::navigator::Mode;
 use inbye::recording::{BackpressurePolicy, FieldValue, Reader};
 
@@ -10,6 +11,7 @@ use crate::support::mcap_copy::altered;
 
 pub const TESTS: &[super::Test] = &[
     ("replay_on_cpu_agrees", replay_on_cpu_agrees),
+    ("replay_counts_decisions_of_cpu_in_place_of_gpu", replay_counts_decisions_of_cpu),
     ("replay_repeats_late_decisions_and_plans", replay_repeats_late_decisions),
     ("replay_reports_flipped_bit_of_decision", replay_reports_flipped_bit),
     ("replay_of_changed_observation_differs", replay_of_changed_observation_differs),
@@ -31,6 +33,21 @@ fn replay_on_cpu_agrees() {
             assert!(replay.is_complete && replay.ticks > 50, "{replay:?}");
         }
     }
+}
+
+/// The bits agree, but they are not those of the GPU.
+fn replay_counts_decisions_of_cpu() {
+    let (simulation, config) = tour();
+    let (_, file) = record(&simulation, &config);
+    let with_fallback = |gpu| {
+        let source = || Err(EngineError::NoAdapter);
+        Box::new(Failover::new(gpu, source, CpuEngine::single_threaded()))
+    };
+    let replay = replay_on(&file, with_fallback(Err(EngineError::NoAdapter)));
+    assert_eq!(replay.first_difference, None);
+    assert!(replay.cpu_ticks() > 20, "{}", replay.cpu_ticks());
+    assert_eq!(replay_on(&file, with_fallback(Ok(cpu(1)))).cpu_ticks(), 0);
+    assert_eq!(replay_on(&file, cpu(1)).cpu_ticks(), 0);
 }
 
 fn replay_on_gpu_agrees(adapter: &inbye::local::Adapter) -> Result<(), libtest_mimic::Failed> {
