@@ -17,13 +17,8 @@ use inbye::runtime::Config;
 use serde_json::json;
 
 use super::arguments::{duration, whole};
-<<<<<<< HEAD
 use super::files::{Output, ReportFolder, all_written};
-use super::machine::{self, wall_clock};
-=======
-use super::files::{Output, ReportFolder};
 use super::machine::{self, is_interrupted, wall_clock};
->>>>>>> sideA
 use super::missions::sort;
 use super::output;
 use super::runs::run_grid;
@@ -174,28 +169,23 @@ pub fn run(arguments: &DensityArguments) -> anyhow::Result<bool> {
         closed_loop: &closed_loop,
         ..BenchReport::default()
     };
-<<<<<<< HEAD
-    all_written([
+    let written = all_written([
         record.write_rows(&density.rows),
         losses.write_rows(&quality),
         missions.write_rows(&driven),
         chart.write(|| bench_svg(&report)),
         folder.write_bench(report),
-    ])?;
-    Ok(true)
-=======
-    chart.write(|| bench_svg(&report))?;
-    folder.write_bench(report)?;
+    ]);
     if is_interrupted() {
         output::warn("interrupted: measurements are missing; the finished ones are written");
     }
+    written?;
     Ok(density.lost.is_empty() && !is_interrupted())
 }
 
 /// Whether the next measurement begins: Ctrl-C ends a benchmark after the one in progress.
 fn next() -> ControlFlow<()> {
     if is_interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
->>>>>>> sideA
 }
 
 /// Measures with a progress bar.

@@ -25,7 +25,7 @@ fn rows(planners: &[(&str, &str)], has_wall: bool) -> Vec<RunRow> {
     let grid = Grid::of_worlds("planners", &worlds, &setups, &[0]).expect("a grid");
     let run = |cell| {
         let engine = open_engine(cell, &SharedEngines::default()).expect("the CPU");
-        run_cell(cell, engine, &mut || 0.0, "machine").row
+        run_cell(cell, engine, &mut || 0.0, "machine").expect("a run").row
     };
     grid.distinct().into_iter().map(run).collect()
 }
