@@ -282,15 +282,15 @@ impl NodeCore {
             IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
             IncomingMessage::KeepoutMask(mask) => {
                 let is_new = self.zones.set_keepout(MapInput::new(mask)?);
-                self.prepare_given(is_new);
+                self.use_masks(is_new);
             }
             IncomingMessage::SpeedMask(mask) => {
                 let is_new = self.zones.set_speed(MapInput::new(mask)?);
-                self.prepare_given(is_new);
+                self.use_masks(is_new);
             }
             IncomingMessage::FilterInfo(info) => {
                 let is_new = self.zones.set_info(info)?;
-                self.prepare_given(is_new);
+                self.use_masks(is_new);
             }
             IncomingMessage::SpeedLimit(limit) => self.zones.set_limit(limit)?,
             IncomingMessage::Arm(msg::Bool { data: true }) => self.operator().arm(),

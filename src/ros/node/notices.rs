@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::frames::NoPose;
 use crate::base::{OperatorState, ProtectiveAction};
 use crate::localization::{LocalizationError, LostReason};
-use crate::map::MapError;
+use crate::map::{MapError, MaskFault};
 use crate::navigator::{Fault, Mode, Navigator, ObservationFault};
 use crate::robot::TickTime;
 use crate::settings::SettingError;
@@ -109,6 +109,8 @@ pub enum MissingInput {
     Map,
     #[error("the mask on {topic} is in the frame `{found}`, the map in `{expected}`")]
     MaskInMapFrame { topic: &'static str, found: String, expected: String },
+    #[error("the mask on {topic} cannot be used: {fault}")]
+    UsableMask { topic: &'static str, fault: MaskFault },
     #[error(
         "the mask on speed_filter_mask has no meaning without a message on costmap_filter_info: start the server of the filter's info"
     )]
