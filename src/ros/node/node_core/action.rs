@@ -37,10 +37,14 @@ impl NodeCore {
         result
     }
 
-    /// Lets the robot brake, if the request is for its goal.
+    /// Lets the robot brake, if the request is for its goal: by its identity, by the time at which it was accepted, or as every goal.
     pub(super) fn cancel(&mut self, now_s: f64, request: ActionCancel) {
-        let ActionCancel { request, id } = request;
-        let is_active = |goal: &&mut ActiveGoal| goal.id == id || id == [0; 16];
+        let ActionCancel { request, id, stamp } = request;
+        let is_early = |goal: &ActiveGoal| Time::from_seconds(goal.accepted_s) <= stamp;
+        let is_active = |goal: &&mut ActiveGoal| {
+            let is_meant = if stamp.is_zero() { id == [0; 16] } else { is_early(goal) };
+            is_meant || goal.id == id
+        };
         // A goal that has reached its end cannot be cancelled any more.
         let active = self.action.as_mut().filter(is_active);
         let accepted = active.is_some();
