@@ -122,7 +122,7 @@ messages! {
         request: u64,
         /// Whether a goal is being cancelled.
         accepted: bool,
-        /// Its identity.
+        /// Its identity; zeros for a goal of the topic.
         id: [u8; 16],
     }
 

@@ -192,7 +192,7 @@ impl NavigateServer {
             ActionUpdate::CancelAnswer(answer) => {
                 let goal = find(&mut self.goals, &answer.id);
                 let return_code = match &goal {
-                    Some(_) if answer.accepted => CancelGoalResponseEnum::None,
+                    _ if answer.accepted => CancelGoalResponseEnum::None,
                     Some(_) => CancelGoalResponseEnum::GoalTerminated,
                     None if answer.id == [0; 16] => CancelGoalResponseEnum::Rejected,
                     None => CancelGoalResponseEnum::UnknownGoal,

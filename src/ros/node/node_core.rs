@@ -110,6 +110,8 @@ pub struct NodeCore {
     pose: Pose,
     /// The goal and its frame.
     goal: Option<(String, Goal)>,
+    /// When the present goal was accepted, on the topic or by the action, seconds.
+    accepted_s: f64,
     navigator: Option<Navigator>,
     map_update: MapUpdate,
     protection: Protection,
@@ -170,6 +172,7 @@ impl NodeCore {
             states: Vec::new(),
             pose: Pose::default(),
             goal: None,
+            accepted_s: f64::NEG_INFINITY,
             navigator: None,
             map_update: MapUpdate::default(),
             published_plans: 0,
@@ -279,7 +282,7 @@ impl NodeCore {
             IncomingMessage::Navigate(goal) => self.navigate(now_s, goal)?,
             IncomingMessage::Cancel(request) => self.cancel(now_s, *request),
             IncomingMessage::ResultRequest(request) => self.keep_result_request(*request),
-            IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
+            IncomingMessage::Goal(goal) => self.set_goal(now_s, incoming::goal(goal)?)?,
             IncomingMessage::KeepoutMask(mask) => {
                 let is_new = self.zones.set_keepout(MapInput::new(mask)?);
                 self.use_masks(is_new);
@@ -328,11 +331,12 @@ impl NodeCore {
         }
     }
 
-    fn set_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
+    fn set_goal(&mut self, now_s: f64, (found, goal): (String, Goal)) -> Result<(), MessageError> {
         self.check_active()?;
         self.check_map_frame(&found)?;
         let is_repeated = self.is_present_goal(&found, &goal);
         self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
+        self.accepted_s = now_s;
         if is_repeated {
             return Ok(());
         }

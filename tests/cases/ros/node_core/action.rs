@@ -137,6 +137,30 @@ fn cancel_with_a_time_stops_only_the_goals_accepted_until_then() {
     }
 }
 
+/// In Nav2 a goal of the topic goes through the action.
+#[test]
+fn cancel_of_every_goal_stops_a_goal_of_the_topic() {
+    for (id, after_s, is_cancelled) in [
+        ([0; 16], None, true),
+        ([0; 16], Some(0.0), true),
+        ([0; 16], Some(-0.1), false),
+        (FIRST, None, false),
+        (FIRST, Some(0.0), true),
+    ] {
+        let mut robot = Robot::with_map();
+        let until_s = after_s.map_or(0.0, |after_s: f64| robot.now_s + after_s);
+        robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
+        robot.until(50, |robot| robot.speed() > 0.8);
+        robot.receive(&cancel_until(1, id, until_s));
+        (0..30).for_each(|_| {
+            robot.step();
+        });
+        let (_, ends, cancels) = summary(&robot);
+        assert_eq!((ends.len(), cancels), (0, vec![(1, is_cancelled)]), "{id:?} {after_s:?}");
+        assert_eq!(robot.speed() == 0.0, is_cancelled, "{:?}", robot.notices);
+    }
+}
+
 #[test]
 fn newer_goal_aborts_the_older_one() {
     let mut robot = Robot::with_map();
