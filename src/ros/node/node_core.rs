@@ -11,7 +11,7 @@ mod status;
 
 use self::ages::{MAX_TICK_GAP_S, check_period};
 use self::status::Inputs;
-use super::action::{ActionUpdate, ActiveGoal, UNKNOWN, error_code};
+use super::action::{ActionUpdate, ActiveGoal, UNKNOWN};
 use super::conflicts::Conflicts;
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
@@ -438,7 +438,7 @@ impl NodeCore {
             }
             match self.new_navigator(&observation.pose, clock)? {
                 Ok(navigator) => self.start(navigator),
-                Err(fault) => self.abort(now_s, error_code(&fault), &fault),
+                Err(fault) => self.abort_by(now_s, &fault),
             }
         }
         let navigator = self.navigator.as_mut()?;

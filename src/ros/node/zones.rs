@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::incoming::MapInput;
 use super::notices::{MessageError, MissingInput};
 use crate::map::{MaskFault, OccupancyGrid, Zones};
+use crate::navigator::Fault;
 use crate::ros::msg::{CostmapFilterInfo, SpeedLimit};
 
 /// The topics of the masks, as in Nav2's examples.
@@ -105,6 +106,16 @@ impl ZoneInputs {
     /// The input that the zones wait for.
     pub const fn missing(&self) -> Option<&MissingInput> {
         self.missing.as_ref()
+    }
+
+    /// What to add to the text of a fault: the planner does not distinguish closed zones from obstacles.
+    pub const fn note(&self, fault: &Fault) -> &'static str {
+        match fault {
+            Fault::Plan(error) if self.keepout.is_some() && error.is_caused_by_obstacles() => {
+                "; the closed zones of keepout_filter_mask count as obstacles"
+            }
+            _ => "",
+        }
     }
 
     /// The zones on the newest map; none without masks.

@@ -125,6 +125,16 @@ fn speed_limit_holds_everywhere_until_it_is_lifted() {
     assert!(robot.has_notice("its speed_limit is -1"));
 }
 
+#[test]
+fn message_of_a_goal_in_a_closed_zone_names_the_zones() {
+    let mut robot = Robot::ready();
+    robot.receive(&IncomingMessage::KeepoutMask(mask(45..50, 5..10, 100)));
+    robot.step();
+    let words = "; the closed zones of keepout_filter_mask count as obstacles";
+    assert!(robot.has_notice("aborted the goal: GOAL_OCCUPIED"), "{:?}", robot.notices);
+    assert!(robot.has_notice(words), "{:?}", robot.notices);
+}
+
 /// A wrong origin would take the protection away: the robot waits, as without a map.
 #[test]
 fn mask_without_effect_on_the_map_stops_the_robot_until_a_usable_one_comes() {
