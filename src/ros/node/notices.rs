@@ -121,6 +121,9 @@ pub enum MissingInput {
     Pose(LostReason),
     #[error("no odometry was received")]
     Odometry,
+    /// Odometry or scans: what was received before a late tick or a loss of the transport is forgotten.
+    #[error("no {0} was received since the node or its transport paused")]
+    SincePause(&'static str),
     /// The last odometry is too old.
     #[error("odometry is no longer received")]
     RecentOdometry,
