@@ -199,6 +199,8 @@ pub struct Notices {
     /// Time of the last report of a late tick, seconds.
     late_tick_s: Option<f64>,
     had_sensor_fault: bool,
+    /// Whether the place of the robot was blocked on the last map.
+    is_place_blocked: bool,
     /// What the present sensor fault began with.
     first_fault: Option<ObservationFault>,
     operator: Option<OperatorState>,
@@ -245,6 +247,16 @@ impl Notices {
             self.had_sensor_fault = true;
         }
         self.missing = missing.cloned();
+    }
+
+    /// Whether the place of the robot is blocked on a map that arrived while it drives. Reports the first of several such maps.
+    pub fn place_on_map(&mut self, is_blocked: bool) {
+        if is_blocked && !self.is_place_blocked {
+            self.push(
+                "the place of the robot is occupied or unknown on the new map: no path begins there until the robot has left it",
+            );
+        }
+        self.is_place_blocked = is_blocked;
     }
 
     /// Even the fastest recent message of a topic was late. Reports the first of them.

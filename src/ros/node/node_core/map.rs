@@ -104,9 +104,14 @@ impl NodeCore {
         if !is_new || self.navigator.is_none() || self.ended_s.is_some() {
             return;
         }
-        let is_started = self
-            .navigation_map()
-            .is_some_and(|map| self.map_update.start(&map, &self.settings.config));
+        let map = self.navigation_map();
+        if let Some(NavigationMap { obstacles, .. }) =
+            map.as_ref().filter(|_| self.map_update.is_given)
+        {
+            let cell = obstacles.frame().cell_of(&self.pose.position());
+            self.notices.place_on_map(cell.is_some_and(|cell| obstacles.is_blocked(cell)));
+        }
+        let is_started = map.is_some_and(|map| self.map_update.start(&map, &self.settings.config));
         if !is_started {
             self.navigator = None;
         }
