@@ -53,15 +53,10 @@ impl ZoneArguments {
 
     /// What to add to the message of an error: the library does not tell closed zones from obstacles.
     pub const fn note(&self, error: &PlanError) -> &'static str {
-        match error {
-            PlanError::NoValidPath { .. }
-            | PlanError::StartOccupied { .. }
-            | PlanError::GoalOccupied { .. }
-                if self.keepout.is_some() =>
-            {
-                "; the closed zones of --keepout count as obstacles"
-            }
-            _ => "",
+        if self.keepout.is_some() && error.is_caused_by_obstacles() {
+            "; the closed zones of --keepout count as obstacles"
+        } else {
+            ""
         }
     }
 

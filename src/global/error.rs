@@ -80,6 +80,15 @@ pub enum PlanError {
 }
 
 impl PlanError {
+    /// Whether obstacles are the cause. Closed zones count as obstacles: the planner does not distinguish them.
+    #[must_use]
+    pub const fn is_caused_by_obstacles(&self) -> bool {
+        matches!(
+            self,
+            Self::StartOccupied { .. } | Self::GoalOccupied { .. } | Self::NoValidPath { .. }
+        )
+    }
+
     /// Nav2's error name.
     #[must_use]
     pub const fn code(&self) -> &'static str {

@@ -76,23 +76,32 @@ impl Zones {
     }
 
     fn add_mask(&mut self, mask: Mask, grid: &OccupancyGrid) -> Result<(), MaskFault> {
-        self.check_place(grid)?;
         match mask {
             Mask::Keepout => self.add_keepout_mask(grid),
-            Mask::Speed => self.add_speed_mask(grid),
+            Mask::Speed if grid.cells().iter().any(|&value| value >= 100) => {
+                Err(MaskFault::LimitOfZero)
+            }
+            Mask::Speed => {
+                self.add_speed_mask(grid, |value| (value > 0).then(|| 100.0 - f64::from(value)))
+            }
         }
     }
 
-    fn add_keepout_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
+    /// Closes what a mask closes, as [`Self::close`].
+    pub(crate) fn add_keepout_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
+        self.check_place(mask)?;
         self.close(mask);
         if self.is_open() { Err(MaskFault::NothingClosed) } else { Ok(()) }
     }
 
-    fn add_speed_mask(&mut self, mask: &OccupancyGrid) -> Result<(), MaskFault> {
-        if mask.cells().iter().any(|&value| value >= 100) {
-            return Err(MaskFault::LimitOfZero);
-        }
-        self.limit_speed(mask, |value| (value > 0).then(|| 100.0 - f64::from(value)));
+    /// Limits the speed by a mask, as [`Self::limit_speed`].
+    pub(crate) fn add_speed_mask(
+        &mut self,
+        mask: &OccupancyGrid,
+        percent: impl Fn(i8) -> Option<f64>,
+    ) -> Result<(), MaskFault> {
+        self.check_place(mask)?;
+        self.limit_speed(mask, percent);
         if self.has_speed_limits() { Ok(()) } else { Err(MaskFault::NoLimit) }
     }
 

@@ -87,8 +87,10 @@ messages! {
     inbye_msgs / ActionCancel {
         /// Number of the request.
         request: u64,
-        /// Identity of the goal; zeros for every goal.
+        /// Identity of the goal; zeros for no certain one.
         id: [u8; 16],
+        /// The goals that were accepted at this time or before are cancelled too; with zero that goal alone, or every goal.
+        stamp: Time,
     }
 
     /// A request for the result of a goal, between the processes of the node.
@@ -120,7 +122,7 @@ messages! {
         request: u64,
         /// Whether a goal is being cancelled.
         accepted: bool,
-        /// Its identity.
+        /// Its identity; zeros for a goal of the topic.
         id: [u8; 16],
     }
 

@@ -20,7 +20,7 @@ use super::action::ActionUpdate;
 use super::incoming::{IncomingMessage, NAVIGATE};
 use super::pending_requests::{PendingRequests, arrived};
 use crate::ros::msg::{
-    ActionCancel, ActionEnd, ActionGoal, ActionResultRequest, NavigateToPoseFeedback,
+    self, ActionCancel, ActionEnd, ActionGoal, ActionResultRequest, NavigateToPoseFeedback,
     NavigateToPoseGoal, NavigateToPoseResult,
 };
 
@@ -140,11 +140,11 @@ impl NavigateServer {
         cancel: &CancelGoalRequest,
         all: &mut Vec<IncomingMessage>,
     ) {
-        let Some(id) = id_of(cancel) else {
+        let Some((id, stamp)) = id_and_stamp_of(cancel) else {
             return;
         };
         let request = self.cancels.add(request, MAX_WAITING);
-        all.push(IncomingMessage::Cancel(ActionCancel { request, id }));
+        all.push(IncomingMessage::Cancel(ActionCancel { request, id, stamp }));
     }
 
     /// Answers a request for a result, or keeps it until the goal ends. Returns whether the answer was sent.
@@ -192,7 +192,7 @@ impl NavigateServer {
             ActionUpdate::CancelAnswer(answer) => {
                 let goal = find(&mut self.goals, &answer.id);
                 let return_code = match &goal {
-                    Some(_) if answer.accepted => CancelGoalResponseEnum::None,
+                    _ if answer.accepted => CancelGoalResponseEnum::None,
                     Some(_) => CancelGoalResponseEnum::GoalTerminated,
                     None if answer.id == [0; 16] => CancelGoalResponseEnum::Rejected,
                     None => CancelGoalResponseEnum::UnknownGoal,
@@ -261,7 +261,7 @@ fn find<'a>(goals: &'a mut VecDeque<Goal>, id: &[u8; 16]) -> Option<&'a mut Goal
     goals.iter_mut().find(|goal| goal.id.uuid.as_bytes() == id)
 }
 
-fn time(stamp: &crate::ros::msg::Time) -> Time {
+fn time(stamp: &msg::Time) -> Time {
     Time::from_nanos(i64::from(stamp.sec) * 1_000_000_000 + i64::from(stamp.nanosec))
 }
 
@@ -270,8 +270,10 @@ fn goal_id(id: &[u8; 16]) -> Option<GoalId> {
     serde_json::from_value(serde_json::json!({ "uuid": id })).ok()
 }
 
-/// The goal that a request names. Its field is private in the crate, but not in its serialized form.
-fn id_of(cancel: &CancelGoalRequest) -> Option<[u8; 16]> {
+/// The goal and the time that a request names. Their field is private in the crate, but not in its serialized form.
+fn id_and_stamp_of(cancel: &CancelGoalRequest) -> Option<([u8; 16], msg::Time)> {
     let value = serde_json::to_value(cancel).ok()?;
-    serde_json::from_value(value["goal_info"]["goal_id"]["uuid"].clone()).ok()
+    let info = &value["goal_info"];
+    let id = serde_json::from_value(info["goal_id"]["uuid"].clone()).ok()?;
+    Some((id, serde_json::from_value(info["stamp"].clone()).ok()?))
 }

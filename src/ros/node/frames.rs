@@ -3,7 +3,9 @@
 use core::iter::successors;
 use std::collections::BTreeMap;
 
-use super::incoming::{frame_name, planar_pose};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+use super::incoming::{check_pose, frame_name, upright_yaw};
 use super::notices::MessageError;
 use crate::geometry::{Pose, Vector};
 use crate::localization::PoseHistory;
@@ -21,7 +23,7 @@ const OUT_OF_ORDER_S: f64 = 1.0;
 /// and the beams look at the floor or above obstacles.
 const MAX_LIDAR_TILT: f64 = 0.175;
 
-/// The planar poses of each frame in its parent frame: the recent ones, or those of a whole log.
+/// The poses of each frame in its parent frame: the recent ones, or those of a whole log.
 #[derive(Clone, Debug, Default)]
 pub struct Frames {
     links: BTreeMap<String, Link>,
@@ -34,17 +36,15 @@ pub struct Frames {
 struct Link {
     parent: String,
     pose: LinkPose,
-    /// The horizontal part of the parent's upward axis in this frame, by the newest transform.
-    lean: Vector,
 }
 
 #[derive(Clone, Debug)]
 enum LinkPose {
     /// From `tf_static`: it holds for all times.
-    Static(Pose),
-    /// From `tf`.
-    Dynamic(PoseHistory),
-    /// It does not lie in the plane, like the optical frame of a camera or a wheel.
+    Static(Isometry3<f64>),
+    /// From `tf`: the poses in the plane, and what the newest transform adds to its planar pose: height, roll and pitch.
+    Dynamic { planar: PoseHistory, tilt: Isometry3<f64> },
+    /// From `tf`, and so tilted that it has no yaw, like a wheel.
     Tilted,
 }
 
@@ -53,7 +53,7 @@ enum LinkPose {
 pub enum NoPose {
     /// No chain of transforms connects the two frames.
     Unconnected,
-    /// A frame between the two is tilted.
+    /// One frame is tilted against the other.
     Tilted,
 }
 
@@ -93,20 +93,18 @@ pub struct FramePose {
     pub pose: Pose,
     /// Time of the oldest dynamic transform between the two frames, seconds; infinite if all are static.
     pub time_s: f64,
-    /// The horizontal part of the other frame's upward axis in this frame: zero for a level frame. It is exact to the first order of
-    /// the tilt.
+    /// The horizontal part of the other frame's upward axis in this frame: zero for a level frame.
     pub lean: Vector,
 }
 
 impl FramePose {
-    const SAME: Self =
-        Self { pose: Pose { x: 0.0, y: 0.0, yaw: 0.0 }, time_s: f64::INFINITY, lean: Vector::ZERO };
-
-    /// The pose in a frame, given that frame's pose in the same parent.
-    fn seen_from(&self, other: &Self) -> Self {
-        let pose = other.pose.inverse_transform_pose(&self.pose);
-        let lean = self.lean - other.lean.rotated(libm::sincos(-pose.yaw));
-        Self { pose, time_s: self.time_s.min(other.time_s), lean }
+    /// Projects a pose on the other frame's plane.
+    fn new(pose: &Isometry3<f64>, time_s: f64) -> Result<Self, NoPose> {
+        let Quaternion { coords } = *pose.rotation.quaternion();
+        let rotation = msg::Quaternion { x: coords.x, y: coords.y, z: coords.z, w: coords.w };
+        let yaw = upright_yaw(&rotation).ok_or(NoPose::Tilted)?;
+        let position = pose.translation.vector;
+        Ok(Self { pose: Pose::new(position.x, position.y, yaw), time_s, lean: lean(&rotation) })
     }
 }
 
@@ -146,63 +144,64 @@ impl Frames {
         let msg::Vector3 { x, y, z } = stamped.transform.translation;
         let position = msg::Point { x, y, z };
         let pose = msg::Pose { position, orientation: stamped.transform.rotation };
-        let pose = planar_pose("a transform", &pose);
+        check_pose("a transform", &pose)?;
         if self.links.len() >= MAX_FRAMES && !self.links.contains_key(&child) {
             return Err(MessageError::TooManyFrames { max: MAX_FRAMES });
         }
-        let lean = lean(&stamped.transform.rotation);
-        if matches!(pose, Err(MessageError::Tilted(_))) {
-            self.links.insert(child, Link { parent, pose: LinkPose::Tilted, lean });
-            return Ok(());
-        }
-        let pose = pose?;
         if is_static {
-            self.links.insert(child, Link { parent, pose: LinkPose::Static(pose), lean });
+            self.links.insert(child, Link { parent, pose: LinkPose::Static(isometry(&pose)) });
             return Ok(());
         }
+        let Some(yaw) = upright_yaw(&pose.orientation) else {
+            self.links.insert(child, Link { parent, pose: LinkPose::Tilted });
+            return Ok(());
+        };
         let stamp = stamped.header.stamp;
         if stamp.is_zero() {
             return Err(MessageError::NoStamp);
         }
-        self.record(child, (parent, lean), stamp.seconds().min(now_s), &pose)
+        let planar = Pose::new(x, y, yaw);
+        let tilt = planar_isometry(&planar).inv_mul(&isometry(&pose));
+        self.record(child, parent, stamp.seconds().min(now_s), (&planar, tilt))
     }
 
     fn record(
         &mut self,
         child: String,
-        (parent, lean): (String, Vector),
+        parent: String,
         time_s: f64,
-        pose: &Pose,
+        (pose, tilt): (&Pose, Isometry3<f64>),
     ) -> Result<(), MessageError> {
-        if let Some(Link { parent: before, pose: LinkPose::Dynamic(history), lean: newest }) =
+        if let Some(Link { parent: before, pose: LinkPose::Dynamic { planar, tilt: newest } }) =
             self.links.get_mut(&child)
             && *before == parent
         {
-            let newest_s = history.newest().map_or(f64::NEG_INFINITY, |(newest_s, _)| newest_s);
+            let newest_s = planar.newest().map_or(f64::NEG_INFINITY, |(newest_s, _)| newest_s);
             if (-OUT_OF_ORDER_S..0.0).contains(&(time_s - newest_s)) {
                 return Err(MessageError::NotNewer);
             }
-            history.record(time_s, pose);
-            *newest = lean;
+            planar.record(time_s, pose);
+            *newest = tilt;
             return Ok(());
         }
-        let mut history = self.history.clone();
-        history.record(time_s, pose);
-        self.links.insert(child, Link { parent, pose: LinkPose::Dynamic(history), lean });
+        let mut planar = self.history.clone();
+        planar.record(time_s, pose);
+        self.links.insert(child, Link { parent, pose: LinkPose::Dynamic { planar, tilt } });
         Ok(())
     }
 
     /// The pose of a frame in another at a time, seconds, by the nearest frame that is above both. Between two transforms it is
-    /// interpolated; outside their times it is the nearest.
+    /// interpolated; outside their times it is the nearest. The frames between the two may be tilted: only the pose at the end of
+    /// the chain is projected on the plane.
     ///
     /// # Errors
-    /// When the two frames are not connected, or not by frames in one plane.
+    /// When the two frames are not connected, or one is tilted against the other by more than 60 degrees.
     pub fn pose_in(&self, other: &str, frame: &str, time_s: f64) -> Result<FramePose, NoPose> {
         let is_above_other = |name: &&str| self.with_parents(other).any(|above| above == *name);
         let common = self.with_parents(frame).find(is_above_other).ok_or(NoPose::Unconnected)?;
-        Ok(self
-            .pose_above(common, frame, time_s)?
-            .seen_from(&self.pose_above(common, other, time_s)?))
+        let (of_frame, frame_s) = self.pose_above(common, frame, time_s)?;
+        let (of_other, other_s) = self.pose_above(common, other, time_s)?;
+        FramePose::new(&of_other.inv_mul(&of_frame), frame_s.min(other_s))
     }
 
     /// The pose of a lidar on the robot, as [`Self::pose_in`].
@@ -221,14 +220,20 @@ impl Frames {
         successors(Some(frame), parent).take(MAX_PARENTS + 1)
     }
 
-    /// The pose of a frame in one that is above it.
-    fn pose_above(&self, ancestor: &str, frame: &str, time_s: f64) -> Result<FramePose, NoPose> {
-        let (mut at, mut found) = (frame, FramePose::SAME);
+    /// The pose of a frame in one that is above it, and the time of the oldest dynamic transform between the two, seconds.
+    fn pose_above(
+        &self,
+        ancestor: &str,
+        frame: &str,
+        time_s: f64,
+    ) -> Result<(Isometry3<f64>, f64), NoPose> {
+        let (mut at, mut found, mut oldest_s) = (frame, Isometry3::identity(), f64::INFINITY);
         while at != ancestor {
             let link = self.links.get(at).ok_or(NoPose::Unconnected)?;
-            (at, found) = (&link.parent, link.lift(&found, time_s)?);
+            let (in_parent, newest_s) = link.pose.at(time_s)?;
+            (at, found, oldest_s) = (&link.parent, in_parent * found, oldest_s.min(newest_s));
         }
-        Ok(found)
+        Ok((found, oldest_s))
     }
 
     /// Whether the dynamic transforms above a frame had begun at a time, seconds.
@@ -237,31 +242,40 @@ impl Frames {
         let above = |link: &&Link| self.links.get(&link.parent);
         let links = successors(self.links.get(frame), above);
         links.take(MAX_PARENTS).all(|link| match &link.pose {
-            LinkPose::Dynamic(history) => {
-                history.oldest().is_some_and(|(oldest_s, _)| oldest_s <= time_s)
+            LinkPose::Dynamic { planar, .. } => {
+                planar.oldest().is_some_and(|(oldest_s, _)| oldest_s <= time_s)
             }
             LinkPose::Static(_) | LinkPose::Tilted => true,
         })
     }
 }
 
-impl Link {
-    /// The pose in the parent, given the pose in this frame.
-    fn lift(&self, found: &FramePose, time_s: f64) -> Result<FramePose, NoPose> {
-        let (in_parent, newest_s) = match &self.pose {
-            LinkPose::Static(pose) => (*pose, f64::INFINITY),
-            LinkPose::Dynamic(history) => {
-                let (newest_s, _) = history.newest().ok_or(NoPose::Unconnected)?;
-                (history.at(time_s).ok_or(NoPose::Unconnected)?, newest_s)
+impl LinkPose {
+    /// The pose in the parent at a time, seconds, and the time of the newest transform.
+    fn at(&self, time_s: f64) -> Result<(Isometry3<f64>, f64), NoPose> {
+        match self {
+            Self::Static(pose) => Ok((*pose, f64::INFINITY)),
+            Self::Dynamic { planar, tilt } => {
+                let (newest_s, _) = planar.newest().ok_or(NoPose::Unconnected)?;
+                let pose = planar.at(time_s).ok_or(NoPose::Unconnected)?;
+                Ok((planar_isometry(&pose) * tilt, newest_s))
             }
-            LinkPose::Tilted => return Err(NoPose::Tilted),
-        };
-        Ok(FramePose {
-            pose: in_parent.transform_pose(&found.pose),
-            time_s: found.time_s.min(newest_s),
-            lean: found.lean + self.lean.rotated(libm::sincos(-found.pose.yaw)),
-        })
+            Self::Tilted => Err(NoPose::Tilted),
+        }
     }
+}
+
+/// A pose whose numbers are checked. Rounded quaternions get unit length.
+fn isometry(pose: &msg::Pose) -> Isometry3<f64> {
+    let msg::Point { x, y, z } = pose.position;
+    let translation = Translation3::new(x, y, z);
+    let msg::Quaternion { x, y, z, w } = pose.orientation;
+    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    Isometry3::from_parts(translation, rotation)
+}
+
+fn planar_isometry(pose: &Pose) -> Isometry3<f64> {
+    isometry(&msg::Pose::from(pose))
 }
 
 /// The horizontal part of the parent's upward axis in a frame with this rotation.
@@ -337,6 +351,47 @@ mod tests {
         }
         assert_eq!(frames.pose_in("base", "broken", 1.0), Err(NoPose::Unconnected));
         assert_eq!(frames.pose_in("map", "sensor", 1.0), Err(NoPose::Unconnected));
+    }
+
+    /// A level lidar on a bracket that is pitched by 45 degrees, and one that is mounted upside down twice: the chain is projected
+    /// once, not link by link.
+    #[test]
+    fn height_above_a_tilted_bracket_moves_the_lidar() {
+        let rotation = |roll: f64, pitch: f64| {
+            let ((sr, cr), (sp, cp)) = (libm::sincos(roll / 2.0), libm::sincos(pitch / 2.0));
+            msg::Quaternion { x: sr * cp, y: cr * sp, z: -sr * sp, w: cr * cp }
+        };
+        let diagonal_m = 0.4 * core::f64::consts::FRAC_1_SQRT_2;
+        let (tilt, over) = (core::f64::consts::FRAC_PI_4, core::f64::consts::PI);
+        for (roll, pitch, is_static, expected) in [
+            (0.0, tilt, true, Ok(Pose::new(1.2 + diagonal_m, 0.0, 0.0))),
+            (0.0, tilt, false, Ok(Pose::new(1.2 + diagonal_m, 0.0, 0.0))),
+            (tilt, 0.0, true, Ok(Pose::new(1.2, -diagonal_m, 0.0))),
+            (over, 0.0, true, Ok(Pose::new(1.2, 0.0, 0.0))),
+            // Its yaw would be that of a wheel.
+            (over, 0.0, false, Err(NoPose::Tilted)),
+        ] {
+            let mut bracket = message("base", "bracket", 1.0, 0.2);
+            bracket.transforms[0].transform.rotation = rotation(roll, pitch);
+            let mut laser = message("bracket", "laser", 0.0, 0.0);
+            laser.transforms[0].transform.translation.z = 0.4;
+            laser.transforms[0].transform.rotation = rotation(-roll, -pitch);
+            let mut frames = Frames::default();
+            frames.update(1.0, &message("chassis", "base", 0.0, 1.0), true).expect("valid");
+            frames.update(1.0, &bracket, is_static).expect("valid");
+            frames.update(1.0, &laser, true).expect("valid");
+            let found = frames.lidar_in("chassis", "laser", 1.0);
+            let errors = match (found, expected) {
+                (Ok(FramePose { pose, lean, .. }), Ok(expected)) => {
+                    [(pose.position() - expected.position()).norm(), pose.yaw, lean.norm()]
+                }
+                (found, expected) => {
+                    assert_eq!(found.map(|found| found.pose), expected);
+                    [0.0; 3]
+                }
+            };
+            assert!(errors.iter().all(|error| error.abs() < 1e-9), "{roll} {pitch}: {found:?}");
+        }
     }
 
     /// A lidar that is pitched on a turned mast: the ranges in the plane are those of the rotations themselves.

@@ -277,26 +277,39 @@ pub fn pose_hint(
 /// Projects a pose on the ground plane.
 ///
 /// # Errors
-/// When a number is not finite, the quaternion is invalid, or the pose is tilted by more than 60 degrees.
+/// As [`check_pose`], and when the pose is tilted by more than 60 degrees.
 pub fn planar_pose(field: &'static str, pose: &msg::Pose) -> Result<Pose, MessageError> {
+    check_pose(field, pose)?;
+    let yaw = upright_yaw(&pose.orientation).ok_or(MessageError::Tilted(field))?;
+    Ok(Pose::new(pose.position.x, pose.position.y, yaw))
+}
+
+/// Checks the numbers of a pose.
+///
+/// # Errors
+/// When a number is not finite, the position is too far away, or the quaternion is invalid.
+pub fn check_pose(field: &'static str, pose: &msg::Pose) -> Result<(), MessageError> {
     let position = &pose.position;
     let msg::Quaternion { x, y, z, w } = pose.orientation;
     let numbers = [position.x, position.y, position.z, x, y, z, w];
     if numbers.iter().any(|number| !number.is_finite()) {
         return Err(MessageError::NotFinite(field));
     }
-    if position.x.abs().max(position.y.abs()) > MAX_POSITION_M {
+    if position.x.abs().max(position.y.abs()).max(position.z.abs()) > MAX_POSITION_M {
         return Err(MessageError::TooFar { field, max_m: MAX_POSITION_M });
     }
     let length = libm::sqrt(x * x + y * y + z * z + w * w);
     if (length - 1.0).abs() > QUATERNION_TOLERANCE {
         return Err(MessageError::BadQuaternion { field, length });
     }
-    if 1.0 - 2.0 * (x * x + y * y) < MIN_UPRIGHT {
-        return Err(MessageError::Tilted(field));
-    }
-    let yaw = libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z));
-    Ok(Pose::new(position.x, position.y, yaw))
+    Ok(())
+}
+
+/// The yaw of a rotation; none if it tilts the z axis by more than 60 degrees.
+pub fn upright_yaw(rotation: &msg::Quaternion) -> Option<f64> {
+    let msg::Quaternion { x, y, z, w } = *rotation;
+    let is_upright = 1.0 - 2.0 * (x * x + y * y) >= MIN_UPRIGHT;
+    is_upright.then(|| libm::atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z)))
 }
 
 /// The name of a frame without the leading slash of ROS 1.

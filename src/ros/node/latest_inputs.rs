@@ -53,6 +53,9 @@ pub struct LatestInputs {
     pub frames: Frames,
     pub odometry: Option<OdometryInput>,
     scan: Option<ScanInput>,
+    /// Whether odometry and scan were there before the node forgot them.
+    had_odometry: bool,
+    had_scan: bool,
     scan_change: ScanChange,
     motion_check: SpeedCheck,
     /// The poses of the odometry by the sender's clock.
@@ -97,6 +100,8 @@ impl LatestInputs {
 
     /// Forgets the robot's motion and surroundings. Map and frames remain.
     pub fn forget_motion(&mut self) {
+        self.had_odometry |= self.odometry.is_some();
+        self.had_scan |= self.scan.is_some();
         self.odometry = None;
         self.scan = None;
         self.history = PoseHistory::default();
@@ -231,7 +236,11 @@ impl LatestInputs {
         odometry_frame: &OdometryFrame,
     ) -> Result<ReadyInputs, MissingInput> {
         let map = self.map.as_ref().ok_or(MissingInput::Map)?;
-        let odometry = self.odometry.as_ref().ok_or(MissingInput::Odometry)?;
+        let odometry = self.odometry.as_ref().ok_or(if self.had_odometry {
+            MissingInput::SincePause("odometry")
+        } else {
+            MissingInput::Odometry
+        })?;
         let odometry_s = odometry.stamp.seconds();
         if now_s - (odometry_s - self.odometry_delay.ahead_s()) > limits.odometry_s {
             return Err(MissingInput::RecentOdometry);
@@ -250,7 +259,11 @@ impl LatestInputs {
             }
             OdometryFrame::Measured { pose, time_s, lost } => (pose, time_s.min(now_s), lost),
         };
-        let scan = self.scan.as_ref().ok_or(MissingInput::Scan)?;
+        let scan = self.scan.as_ref().ok_or(if self.had_scan {
+            MissingInput::SincePause("scan")
+        } else {
+            MissingInput::Scan
+        })?;
         let mount = self.mount(now_s, scan, &odometry.base_frame, limits)?;
         Ok(ReadyInputs { frame, pose_s, lost, mount })
     }

@@ -11,7 +11,7 @@ mod status;
 
 use self::ages::{MAX_TICK_GAP_S, check_period};
 use self::status::Inputs;
-use super::action::{ActionUpdate, ActiveGoal, UNKNOWN, error_code};
+use super::action::{ActionUpdate, ActiveGoal, UNKNOWN};
 use super::conflicts::Conflicts;
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
@@ -110,6 +110,8 @@ pub struct NodeCore {
     pose: Pose,
     /// The goal and its frame.
     goal: Option<(String, Goal)>,
+    /// When the present goal was accepted, on the topic or by the action, seconds.
+    accepted_s: f64,
     navigator: Option<Navigator>,
     map_update: MapUpdate,
     protection: Protection,
@@ -170,6 +172,7 @@ impl NodeCore {
             states: Vec::new(),
             pose: Pose::default(),
             goal: None,
+            accepted_s: f64::NEG_INFINITY,
             navigator: None,
             map_update: MapUpdate::default(),
             published_plans: 0,
@@ -279,18 +282,18 @@ impl NodeCore {
             IncomingMessage::Navigate(goal) => self.navigate(now_s, goal)?,
             IncomingMessage::Cancel(request) => self.cancel(now_s, *request),
             IncomingMessage::ResultRequest(request) => self.keep_result_request(*request),
-            IncomingMessage::Goal(goal) => self.set_goal(incoming::goal(goal)?)?,
+            IncomingMessage::Goal(goal) => self.set_goal(now_s, incoming::goal(goal)?)?,
             IncomingMessage::KeepoutMask(mask) => {
                 let is_new = self.zones.set_keepout(MapInput::new(mask)?);
-                self.prepare_given(is_new);
+                self.use_masks(is_new);
             }
             IncomingMessage::SpeedMask(mask) => {
                 let is_new = self.zones.set_speed(MapInput::new(mask)?);
-                self.prepare_given(is_new);
+                self.use_masks(is_new);
             }
             IncomingMessage::FilterInfo(info) => {
                 let is_new = self.zones.set_info(info)?;
-                self.prepare_given(is_new);
+                self.use_masks(is_new);
             }
             IncomingMessage::SpeedLimit(limit) => self.zones.set_limit(limit)?,
             IncomingMessage::Arm(msg::Bool { data: true }) => self.operator().arm(),
@@ -328,11 +331,12 @@ impl NodeCore {
         }
     }
 
-    fn set_goal(&mut self, (found, goal): (String, Goal)) -> Result<(), MessageError> {
+    fn set_goal(&mut self, now_s: f64, (found, goal): (String, Goal)) -> Result<(), MessageError> {
         self.check_active()?;
         self.check_map_frame(&found)?;
         let is_repeated = self.is_present_goal(&found, &goal);
         self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
+        self.accepted_s = now_s;
         if is_repeated {
             return Ok(());
         }
@@ -434,7 +438,7 @@ impl NodeCore {
             }
             match self.new_navigator(&observation.pose, clock)? {
                 Ok(navigator) => self.start(navigator),
-                Err(fault) => self.abort(now_s, error_code(&fault), &fault),
+                Err(fault) => self.abort_by(now_s, &fault),
             }
         }
         let navigator = self.navigator.as_mut()?;

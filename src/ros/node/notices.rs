@@ -9,7 +9,7 @@ use thiserror::Error;
 use super::frames::NoPose;
 use crate::base::{OperatorState, ProtectiveAction};
 use crate::localization::{LocalizationError, LostReason};
-use crate::map::MapError;
+use crate::map::{MapError, MaskFault};
 use crate::navigator::{Fault, Mode, Navigator, ObservationFault};
 use crate::robot::TickTime;
 use crate::settings::SettingError;
@@ -109,6 +109,8 @@ pub enum MissingInput {
     Map,
     #[error("the mask on {topic} is in the frame `{found}`, the map in `{expected}`")]
     MaskInMapFrame { topic: &'static str, found: String, expected: String },
+    #[error("the mask on {topic} cannot be used: {fault}")]
+    UsableMask { topic: &'static str, fault: MaskFault },
     #[error(
         "the mask on speed_filter_mask has no meaning without a message on costmap_filter_info: start the server of the filter's info"
     )]
@@ -119,6 +121,9 @@ pub enum MissingInput {
     Pose(LostReason),
     #[error("no odometry was received")]
     Odometry,
+    /// Odometry or scans: what was received before a late tick or a loss of the transport is forgotten.
+    #[error("no {0} was received since the node or its transport paused")]
+    SincePause(&'static str),
     /// The last odometry is too old.
     #[error("odometry is no longer received")]
     RecentOdometry,
@@ -194,6 +199,8 @@ pub struct Notices {
     /// Time of the last report of a late tick, seconds.
     late_tick_s: Option<f64>,
     had_sensor_fault: bool,
+    /// Whether the place of the robot was blocked on the last map.
+    is_place_blocked: bool,
     /// What the present sensor fault began with.
     first_fault: Option<ObservationFault>,
     operator: Option<OperatorState>,
@@ -240,6 +247,16 @@ impl Notices {
             self.had_sensor_fault = true;
         }
         self.missing = missing.cloned();
+    }
+
+    /// Whether the place of the robot is blocked on a map that arrived while it drives. Reports the first of several such maps.
+    pub fn place_on_map(&mut self, is_blocked: bool) {
+        if is_blocked && !self.is_place_blocked {
+            self.push(
+                "the place of the robot is occupied or unknown on the new map: no path begins there until the robot has left it",
+            );
+        }
+        self.is_place_blocked = is_blocked;
     }
 
     /// Even the fastest recent message of a topic was late. Reports the first of them.

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use super::incoming::MapInput;
 use super::notices::{MessageError, MissingInput};
-use crate::map::{GridFrame, OccupancyGrid, Zones};
+use crate::map::{MaskFault, OccupancyGrid, Zones};
+use crate::navigator::Fault;
 use crate::ros::msg::{CostmapFilterInfo, SpeedLimit};
 
 /// The topics of the masks, as in Nav2's examples.
@@ -27,6 +28,10 @@ pub struct ZoneInputs {
     scale: Option<SpeedScale>,
     /// For everywhere, in percent of the largest speed or in m/s; none for no limit.
     limit: Option<(f64, bool)>,
+    /// The zones of the masks on the newest map; none without masks.
+    zones: Option<Arc<Zones>>,
+    /// What keeps the masks from being used on the newest map.
+    missing: Option<MissingInput>,
 }
 
 impl ZoneInputs {
@@ -89,33 +94,61 @@ impl ZoneInputs {
         )
     }
 
-    /// The input that the zones wait for, on a map with this frame.
-    pub fn missing(&self, map_frame: &str) -> Option<MissingInput> {
-        let masks = [(KEEPOUT_MASK, &self.keepout), (SPEED_MASK, &self.speed)];
-        for (topic, mask) in masks {
-            if let Some(found) = mask.as_ref().map(|mask| &mask.frame).filter(|it| *it != map_frame)
-            {
-                let (found, expected) = (found.clone(), map_frame.to_owned());
-                return Some(MissingInput::MaskInMapFrame { topic, found, expected });
-            }
-        }
-        (self.speed.is_some() && self.scale.is_none()).then_some(MissingInput::FilterInfo)
+    /// Makes the zones on a map for a robot with this largest speed, m/s. A mask that closes or limits nothing there is not used: a
+    /// wrong origin would take the protection away without a message.
+    pub fn update(&mut self, map: &MapInput, max_speed: f64) {
+        (self.zones, self.missing) = match self.on(map, max_speed) {
+            Ok(zones) => (zones.map(Arc::new), None),
+            Err(missing) => (None, Some(missing)),
+        };
     }
 
-    /// The zones on a map for a robot with this largest speed, m/s; none without masks.
-    pub fn on(&self, map: &GridFrame, max_speed: f64) -> Option<Arc<Zones>> {
-        if self.keepout.is_none() && self.speed.is_none() {
-            return None;
-        }
-        let mut zones = Zones::new(map);
-        if let Some(mask) = &self.keepout {
-            zones.close(&mask.grid);
-        }
-        if let (Some(mask), Some(scale)) = (&self.speed, self.scale) {
-            limit_speed(&mut zones, &mask.grid, scale, max_speed);
-        }
-        Some(Arc::new(zones))
+    /// The input that the zones wait for.
+    pub const fn missing(&self) -> Option<&MissingInput> {
+        self.missing.as_ref()
     }
+
+    /// What to add to the text of a fault: the planner does not distinguish closed zones from obstacles.
+    pub const fn note(&self, fault: &Fault) -> &'static str {
+        match fault {
+            Fault::Plan(error) if self.keepout.is_some() && error.is_caused_by_obstacles() => {
+                "; the closed zones of keepout_filter_mask count as obstacles"
+            }
+            _ => "",
+        }
+    }
+
+    /// The zones on the newest map; none without masks.
+    pub fn zones(&self) -> Option<Arc<Zones>> {
+        self.zones.clone()
+    }
+
+    fn on(&self, map: &MapInput, max_speed: f64) -> Result<Option<Zones>, MissingInput> {
+        if self.keepout.is_none() && self.speed.is_none() {
+            return Ok(None);
+        }
+        let mut zones = Zones::new(map.grid.frame());
+        let unusable = |topic| move |fault: MaskFault| MissingInput::UsableMask { topic, fault };
+        if let Some(mask) = &self.keepout {
+            check_frame(KEEPOUT_MASK, mask, map)?;
+            zones.add_keepout_mask(&mask.grid).map_err(unusable(KEEPOUT_MASK))?;
+        }
+        if let Some(mask) = &self.speed {
+            check_frame(SPEED_MASK, mask, map)?;
+            let scale = self.scale.ok_or(MissingInput::FilterInfo)?;
+            let limited = limit_speed(&mut zones, &mask.grid, scale, max_speed);
+            limited.map_err(unusable(SPEED_MASK))?;
+        }
+        Ok(Some(zones))
+    }
+}
+
+fn check_frame(topic: &'static str, mask: &MapInput, map: &MapInput) -> Result<(), MissingInput> {
+    if mask.frame == map.frame {
+        return Ok(());
+    }
+    let (found, expected) = (mask.frame.clone(), map.frame.clone());
+    Err(MissingInput::MaskInMapFrame { topic, found, expected })
 }
 
 fn replace(mask: &mut Option<MapInput>, new: MapInput) -> bool {
@@ -125,10 +158,15 @@ fn replace(mask: &mut Option<MapInput>, new: MapInput) -> bool {
 }
 
 /// Unknown cells have no limit, and a limit of zero is none, as in Nav2.
-fn limit_speed(zones: &mut Zones, mask: &OccupancyGrid, scale: SpeedScale, max_speed: f64) {
+fn limit_speed(
+    zones: &mut Zones,
+    mask: &OccupancyGrid,
+    scale: SpeedScale,
+    max_speed: f64,
+) -> Result<(), MaskFault> {
     let SpeedScale { base, multiplier, is_percent } = scale;
-    zones.limit_speed(mask, |value| {
+    zones.add_speed_mask(mask, |value| {
         let limit = (value >= 0).then(|| base + multiplier * f64::from(value))?;
         Some(if is_percent { limit } else { 100.0 * limit / max_speed })
-    });
+    })
 }

@@ -25,7 +25,7 @@ impl NodeCore {
         request: &ActionGoal,
     ) -> Result<(), MessageError> {
         let ActionGoal { id, goal } = request;
-        let result = incoming::goal(&goal.pose).and_then(|goal| self.set_goal(goal));
+        let result = incoming::goal(&goal.pose).and_then(|goal| self.set_goal(now_s, goal));
         if result.is_ok() {
             let goal = ActiveGoal::new(*id, now_s);
             self.updates.push(goal.answer());
@@ -37,14 +37,18 @@ impl NodeCore {
         result
     }
 
-    /// Lets the robot brake, if the request is for its goal.
+    /// Lets the robot brake, if the request is for its goal: by its identity, by the time at which it was accepted, or as every goal.
+    /// A goal of the topic has no identity; in Nav2 it goes through the action, and is cancelled with every goal.
     pub(super) fn cancel(&mut self, now_s: f64, request: ActionCancel) {
-        let ActionCancel { request, id } = request;
-        let is_active = |goal: &&mut ActiveGoal| goal.id == id || id == [0; 16];
+        let ActionCancel { request, id, stamp } = request;
+        let is_early = Time::from_seconds(self.accepted_s) <= stamp;
+        let is_meant = if stamp.is_zero() { id == [0; 16] } else { is_early };
         // A goal that has reached its end cannot be cancelled any more.
-        let active = self.action.as_mut().filter(is_active);
-        let accepted = active.is_some();
-        let id = active.map_or(id, |goal| {
+        let active = self.action.as_mut().filter(|goal| is_meant || goal.id == id);
+        let is_of_topic =
+            is_meant && active.is_none() && self.goal.is_some() && self.ended_s.is_none();
+        let accepted = active.is_some() || is_of_topic;
+        let id = active.map_or(if is_of_topic { [0; 16] } else { id }, |goal| {
             goal.is_canceled = true;
             goal.id
         });

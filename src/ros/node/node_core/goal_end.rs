@@ -5,7 +5,7 @@ use std::fmt::Display;
 use super::NodeCore;
 use crate::base::OperatorState;
 use crate::geometry::{Twist, wrap_angle};
-use crate::navigator::{Goal, Mode, Navigator, NavigatorSettings};
+use crate::navigator::{Fault, Goal, Mode, Navigator, NavigatorSettings};
 use crate::ros::msg::ActionEnd;
 use crate::ros::node::action::{UNKNOWN, error_code};
 
@@ -47,7 +47,7 @@ impl NodeCore {
         }
         let fault = self.navigator.as_ref().and_then(Navigator::fault).cloned();
         if let Some(fault) = fault {
-            self.abort(now_s, error_code(&fault), &self.notices.fault_text(&fault));
+            self.abort_by(now_s, &fault);
         }
     }
 
@@ -65,6 +65,13 @@ impl NodeCore {
             let cause = format!("no scan was received for {patience_s} s");
             self.abort(now_s, UNKNOWN, &cause);
         }
+    }
+
+    /// A navigator's fault ends the goal.
+    pub(super) fn abort_by(&mut self, now_s: f64, fault: &Fault) {
+        let text = self.notices.fault_text(fault);
+        let note = self.zones.note(fault);
+        self.abort(now_s, error_code(fault), &format_args!("{text}{note}"));
     }
 
     /// The goal cannot be reached. `code` is that of the error in Nav2.

@@ -7,7 +7,7 @@ use crate::ros::convert;
 use crate::ros::msg::{self, Header, Time};
 use crate::ros::node::action::UNKNOWN;
 use crate::ros::node::incoming::MapInput;
-use crate::ros::node::notices::{MessageError, MissingInput};
+use crate::ros::node::notices::MessageError;
 use crate::runtime::ContradictedMap;
 
 impl NodeCore {
@@ -30,6 +30,7 @@ impl NodeCore {
             localization.set_map(&map.grid, &map.frame);
             self.contradicted = ContradictedMap::default();
         }
+        self.update_zones();
         if self.ended_s.is_some() {
             return;
         }
@@ -38,15 +39,15 @@ impl NodeCore {
             self.navigator = None;
             self.abort(now_s, UNKNOWN, &MessageError::WrongFrame { found, expected });
         } else {
-            self.prepare_given(true);
+            self.prepare_given();
         }
     }
 
-    /// The newest map with its zones, and with what scans contradicted for minutes.
+    /// The newest map with its zones, and with what scans contradicted for minutes; none while the masks cannot be used.
     pub(super) fn navigation_map(&self) -> Option<NavigationMap> {
-        let map = self.inputs.map.as_ref()?;
+        let map = self.inputs.map.as_ref().filter(|_| self.zones.missing().is_none())?;
         let config = &self.settings.config;
-        let zones = self.zones.on(map.grid.frame(), config.robot.limits.max_vel_x);
+        let zones = self.zones.zones();
         let obstacles = if config.navigator.features.map_changes {
             self.contradicted.planned_with().applied_to(&map.grid).obstacles(config.unknown)
         } else {
@@ -77,16 +78,25 @@ impl NodeCore {
         Some(updated)
     }
 
-    /// What keeps the zones from being used on the map.
-    pub(super) fn missing_zones(&self) -> Option<MissingInput> {
-        let map = self.inputs.map.as_ref()?;
-        self.zones.missing(&map.frame)
+    /// Makes the zones of the newest masks on the newest map.
+    fn update_zones(&mut self) {
+        if let Some(map) = &self.inputs.map {
+            self.zones.update(map, self.settings.config.robot.limits.max_vel_x);
+        }
     }
 
-    /// Prepares the map for a navigator that drives, if a message has changed it or its zones.
-    pub(super) fn prepare_given(&mut self, is_new: bool) {
-        self.map_update.is_given |= is_new;
-        self.prepare_if(is_new);
+    /// Uses the newest masks, if a message has changed them.
+    pub(super) fn use_masks(&mut self, is_new: bool) {
+        if is_new {
+            self.update_zones();
+            self.prepare_given();
+        }
+    }
+
+    /// Prepares the map for a navigator that drives, because a message has changed it or its zones.
+    fn prepare_given(&mut self) {
+        self.map_update.is_given = true;
+        self.prepare_if(true);
     }
 
     /// Prepares the map for a navigator that drives, if it has changed.
@@ -94,9 +104,14 @@ impl NodeCore {
         if !is_new || self.navigator.is_none() || self.ended_s.is_some() {
             return;
         }
-        let is_started = self
-            .navigation_map()
-            .is_some_and(|map| self.map_update.start(&map, &self.settings.config));
+        let map = self.navigation_map();
+        if let Some(NavigationMap { obstacles, .. }) =
+            map.as_ref().filter(|_| self.map_update.is_given)
+        {
+            let cell = obstacles.frame().cell_of(&self.pose.position());
+            self.notices.place_on_map(cell.is_some_and(|cell| obstacles.is_blocked(cell)));
+        }
+        let is_started = map.is_some_and(|map| self.map_update.start(&map, &self.settings.config));
         if !is_started {
             self.navigator = None;
         }

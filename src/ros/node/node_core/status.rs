@@ -19,8 +19,8 @@ impl NodeCore {
         odometry_frame: Result<OdometryFrame, MissingInput>,
     ) -> Inputs {
         let ready = self.inputs.ready(now_s, &self.age_limits(), &odometry_frame?)?;
-        if let Some(missing) = self.missing_zones() {
-            return Err(missing);
+        if let Some(missing) = self.zones.missing() {
+            return Err(missing.clone());
         }
         match ready.lost {
             // A navigator plans from a known pose; later it judges itself how long the pose may be unknown.

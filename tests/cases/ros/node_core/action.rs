@@ -1,7 +1,9 @@
 //! The action `navigate_to_pose` without DDS.
 
 use inbye::geometry::Twist;
-use inbye::ros::msg::{ActionCancel, ActionEnd, ActionFeedback, ActionGoal, NavigateToPoseGoal};
+use inbye::ros::msg::{
+    ActionCancel, ActionEnd, ActionFeedback, ActionGoal, NavigateToPoseGoal, Time,
+};
 use inbye::ros::node::{ActionUpdate, IncomingMessage};
 
 use super::robot::{GOAL, Robot, goal};
@@ -15,7 +17,13 @@ pub fn navigate(id: [u8; 16], x: f64, y: f64) -> IncomingMessage {
 }
 
 pub fn cancel(request: u64, id: [u8; 16]) -> IncomingMessage {
-    IncomingMessage::Cancel(ActionCancel { request, id })
+    cancel_until(request, id, 0.0)
+}
+
+/// A request to cancel the goals that were accepted at a time, seconds, or before.
+fn cancel_until(request: u64, id: [u8; 16], time_s: f64) -> IncomingMessage {
+    let stamp = Time::from_seconds(time_s);
+    IncomingMessage::Cancel(ActionCancel { request, id, stamp })
 }
 
 /// Identities and answers, identities and statuses of ends with their codes, and answers to requests to cancel.
@@ -102,6 +110,55 @@ fn cancelled_goal_ends_when_the_robot_stands() {
     robot.until(40, |robot| summary(robot).1.len() == 2);
     assert_eq!(summary(&robot).2[2..], [(9, false), (10, true)]);
     assert_eq!(robot.commands.last(), Some(&Some(Twist::STOP)));
+}
+
+/// As in `action_msgs/CancelGoal`: with a time, the goals that were accepted at it or before it are cancelled too.
+#[test]
+fn cancel_with_a_time_stops_only_the_goals_accepted_until_then() {
+    for (id, after_s, is_cancelled) in [
+        ([0; 16], -0.1, false),
+        ([0; 16], 0.0, true),
+        ([0; 16], 5.0, true),
+        (FIRST, -0.1, true),
+        (SECOND, -0.1, false),
+        (SECOND, 0.0, true),
+    ] {
+        let mut robot = Robot::with_map();
+        let accepted_s = robot.now_s;
+        robot.receive(&navigate(FIRST, GOAL.0, GOAL.1));
+        robot.until(50, |robot| robot.speed() > 0.8);
+        robot.receive(&cancel_until(1, id, accepted_s + after_s));
+        (0..30).for_each(|_| {
+            robot.step();
+        });
+        let (_, ends, cancels) = summary(&robot);
+        assert_eq!(cancels, [(1, is_cancelled)], "{id:?} {after_s}");
+        assert_eq!((robot.speed() == 0.0, !ends.is_empty()), (is_cancelled, is_cancelled));
+    }
+}
+
+/// In Nav2 a goal of the topic goes through the action.
+#[test]
+fn cancel_of_every_goal_stops_a_goal_of_the_topic() {
+    for (id, after_s, is_cancelled) in [
+        ([0; 16], None, true),
+        ([0; 16], Some(0.0), true),
+        ([0; 16], Some(-0.1), false),
+        (FIRST, None, false),
+        (FIRST, Some(0.0), true),
+    ] {
+        let mut robot = Robot::with_map();
+        let until_s = after_s.map_or(0.0, |after_s: f64| robot.now_s + after_s);
+        robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
+        robot.until(50, |robot| robot.speed() > 0.8);
+        robot.receive(&cancel_until(1, id, until_s));
+        (0..30).for_each(|_| {
+            robot.step();
+        });
+        let (_, ends, cancels) = summary(&robot);
+        assert_eq!((ends.len(), cancels), (0, vec![(1, is_cancelled)]), "{id:?} {after_s:?}");
+        assert_eq!(robot.speed() == 0.0, is_cancelled, "{:?}", robot.notices);
+    }
 }
 
 #[test]

@@ -143,6 +143,15 @@ fn late_tick_brakes_for_its_whole_time_and_is_reported() {
     assert_eq!(count, 1, "{:?}", robot.notices);
 }
 
+/// Odometry arrives all the time: a notice that none was received would send its reader to the driver.
+#[test]
+fn notice_after_a_late_tick_names_the_pause() {
+    let (mut robot, _) = late_at_speed(0.5);
+    robot.step();
+    let words = "waiting: no odometry was received since the node or its transport paused";
+    assert!(robot.has_notice(words), "{:?}", robot.notices);
+}
+
 #[test]
 fn robot_stands_after_a_stall_of_half_a_second() {
     let (mut robot, _) = late_at_speed(0.5);

@@ -44,6 +44,23 @@ fn map_that_closes_the_way_ends_the_goal() {
     assert!(code == 208 && driven_m < 2.0, "{code} after {driven_m} m");
 }
 
+/// Such a robot looks for a way out, for a long time on a map without a free cell.
+#[test]
+fn map_that_is_unknown_at_the_robot_is_reported_once() {
+    let mut robot = Robot::ready();
+    robot.until(50, |robot| robot.speed() > 0.5);
+    let mut unknown = map(&grid(29));
+    unknown.data.fill(-1);
+    for value in [-1, 100] {
+        unknown.data[0] = value;
+        robot.receive(&IncomingMessage::Map(unknown.clone()));
+        robot.step();
+    }
+    let words = "the place of the robot is occupied or unknown on the new map";
+    let count = robot.notices.iter().filter(|notice| notice.contains(words)).count();
+    assert_eq!(count, 1, "{:?}", robot.notices);
+}
+
 #[test]
 fn pose_outside_the_map_ends_the_goal() {
     let mut robot = Robot::with_map();

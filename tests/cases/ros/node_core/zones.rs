@@ -126,6 +126,49 @@ fn speed_limit_holds_everywhere_until_it_is_lifted() {
 }
 
 #[test]
+fn message_of_a_goal_in_a_closed_zone_names_the_zones() {
+    let mut robot = Robot::ready();
+    robot.receive(&IncomingMessage::KeepoutMask(mask(45..50, 5..10, 100)));
+    robot.step();
+    let words = "; the closed zones of keepout_filter_mask count as obstacles";
+    assert!(robot.has_notice("aborted the goal: GOAL_OCCUPIED"), "{:?}", robot.notices);
+    assert!(robot.has_notice(words), "{:?}", robot.notices);
+}
+
+/// A wrong origin would take the protection away: the robot waits, as without a map.
+#[test]
+fn mask_without_effect_on_the_map_stops_the_robot_until_a_usable_one_comes() {
+    let mut beside = mask(28..32, 15..20, 100);
+    beside.info.origin.position.x = -20.0;
+    for (unusable, words) in [
+        (IncomingMessage::KeepoutMask(beside.clone()), "does not lie on the map"),
+        (IncomingMessage::KeepoutMask(mask(28..32, 15..20, 99)), "no cell of the map is closed"),
+        (IncomingMessage::SpeedMask(beside), "does not lie on the map"),
+        (IncomingMessage::SpeedMask(mask(0..0, 0..0, 0)), "no cell of the map has a limit"),
+    ] {
+        let is_keepout = matches!(unusable, IncomingMessage::KeepoutMask(_));
+        let mut robot = Robot::ready();
+        let speed = info(msg::CostmapFilterInfo::SPEED_PERCENT, "speed_filter_mask", 100.0, -1.0);
+        robot.receive(&speed);
+        robot.until(50, |robot| robot.speed() > 0.5);
+        robot.receive(&unusable);
+        robot.until(20, Robot::stands);
+        for _ in 0..20 {
+            assert_eq!(robot.step(), Some(Twist::STOP));
+        }
+        assert!(robot.has_notice(words), "{words}: {:?}", robot.notices);
+        assert!(robot.status("inbye: inputs").1.contains(words));
+        robot.receive(&if is_keepout {
+            IncomingMessage::KeepoutMask(mask(28..32, 15..20, 100))
+        } else {
+            IncomingMessage::SpeedMask(mask(28..32, 15..20, 70))
+        });
+        let lowest_m = lowest_y_m(&mut robot, 5.6..6.4);
+        assert_eq!(lowest_m > 4.0 + 0.2, is_keepout, "{lowest_m}");
+    }
+}
+
+#[test]
 fn unusable_masks_and_infos_are_rejected_or_stop_the_robot() {
     let mut robot = Robot::ready();
     robot.receive(&info(3, "binary_filter_mask", 0.0, 1.0));
