@@ -94,8 +94,8 @@ impl ZoneInputs {
         )
     }
 
-    /// Makes the zones on a map for a robot with this largest speed, m/s. A mask that closes or limits nothing there is not used: a
-    /// wrong origin would take the protection away without a message.
+    /// Makes the zones on a map for a robot with this largest speed, m/s. A mask whose cells close or limit nothing there is not used: a
+    /// wrong origin would take the protection away without a message. A mask that is free everywhere lifts the zones.
     pub fn update(&mut self, map: &MapInput, max_speed: f64) {
         (self.zones, self.missing) = match self.on(map, max_speed) {
             Ok(zones) => (zones.map(Arc::new), None),
@@ -128,16 +128,19 @@ impl ZoneInputs {
             return Ok(None);
         }
         let mut zones = Zones::new(map.grid.frame());
+        let is_used = |mask: &&MapInput| mask.grid.cells().iter().any(|&value| value > 0);
         let unusable = |topic| move |fault: MaskFault| MissingInput::UsableMask { topic, fault };
-        if let Some(mask) = &self.keepout {
+        if let Some(mask) = self.keepout.as_ref().filter(is_used) {
             check_frame(KEEPOUT_MASK, mask, map)?;
             zones.add_keepout_mask(&mask.grid).map_err(unusable(KEEPOUT_MASK))?;
         }
         if let Some(mask) = &self.speed {
             check_frame(SPEED_MASK, mask, map)?;
             let scale = self.scale.ok_or(MissingInput::FilterInfo)?;
-            let limited = limit_speed(&mut zones, &mask.grid, scale, max_speed);
-            limited.map_err(unusable(SPEED_MASK))?;
+            match limit_speed(&mut zones, &mask.grid, scale, max_speed) {
+                Err(MaskFault::NoLimit) if !is_used(&mask) => {}
+                limited => limited.map_err(unusable(SPEED_MASK))?,
+            }
         }
         Ok(Some(zones))
     }

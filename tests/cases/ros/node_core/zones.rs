@@ -144,7 +144,6 @@ fn mask_without_effect_on_the_map_stops_the_robot_until_a_usable_one_comes() {
         (IncomingMessage::KeepoutMask(beside.clone()), "does not lie on the map"),
         (IncomingMessage::KeepoutMask(mask(28..32, 15..20, 99)), "no cell of the map is closed"),
         (IncomingMessage::SpeedMask(beside), "does not lie on the map"),
-        (IncomingMessage::SpeedMask(mask(0..0, 0..0, 0)), "no cell of the map has a limit"),
     ] {
         let is_keepout = matches!(unusable, IncomingMessage::KeepoutMask(_));
         let mut robot = Robot::ready();
@@ -166,6 +165,21 @@ fn mask_without_effect_on_the_map_stops_the_robot_until_a_usable_one_comes() {
         let lowest_m = lowest_y_m(&mut robot, 5.6..6.4);
         assert_eq!(lowest_m > 4.0 + 0.2, is_keepout, "{lowest_m}");
     }
+}
+
+/// A fleet manager sends them to end a closure.
+#[test]
+fn masks_that_are_free_everywhere_lift_the_zones() {
+    let mut robot = Robot::ready();
+    robot.receive(&info(msg::CostmapFilterInfo::SPEED_PERCENT, "speed_filter_mask", 100.0, -1.0));
+    robot.receive(&IncomingMessage::KeepoutMask(mask(28..32, 15..20, 100)));
+    robot.receive(&IncomingMessage::SpeedMask(mask(28..32, 15..20, 70)));
+    robot.step();
+    robot.receive(&IncomingMessage::KeepoutMask(mask(0..0, 0..0, 0)));
+    robot.receive(&IncomingMessage::SpeedMask(mask(0..0, 0..0, 0)));
+    let lowest_m = lowest_y_m(&mut robot, 5.6..6.4);
+    assert!(lowest_m < 4.0 + 0.2, "{lowest_m}");
+    assert!(robot.notices.iter().all(|notice| !notice.contains("cannot be used")));
 }
 
 #[test]
