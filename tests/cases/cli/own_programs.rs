@@ -81,7 +81,8 @@ fn failing_controller_is_a_result_with_its_reason() {
         ("sleep 100 & exit 3", "the program ended (exit status 3)"),
         (
             r#"printf '{"linear": 0, "angular": 0}\n{"linear": 9, "angular": 0}\n'"#,
-            r#"wrote a second line for one message: `{"linear": 9, "angular": 0}`"#,
+            // Either of the two lines, by when the program writes the second one.
+            "wrote a second line for one message: `{\"linear\": ",
         ),
         ("head -c 1100000 /dev/zero; echo", "wrote a line that is longer than 1 MiB"),
         (r"printf '\033[31mred\n'", r"`\u{1b}[31mred` is no answer"),
