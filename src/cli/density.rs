@@ -256,7 +256,8 @@ fn drive(missions: usize, most: usize) -> anyhow::Result<(Vec<RunRow>, Vec<Group
     Ok((rows, groups))
 }
 
-/// The table of latencies, the skipped cells, the GPUs that failed, where GPUs overtake the CPU, and the table of regrets if commands were compared.
+/// The table of latencies, the skipped cells, the GPUs that failed, where GPUs overtake the CPU, and the table of regrets if commands
+/// were compared.
 pub fn text(Density { rows, skipped, lost, .. }: &Density, quality: &[QualityRow]) -> Vec<String> {
     let mut lines = text_table(rows, DensityRow::SUMMARY);
     lines.extend(skipped.iter().map(|cell| {

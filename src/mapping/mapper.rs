@@ -30,7 +30,7 @@ const AT_REST_RAD: f64 = 0.02;
 const JUMP_SIGMA_M: f64 = 0.3;
 const JUMP_SIGMA_RAD: f64 = 0.2;
 
-/// A robot may have been carried where so many scans in a row do not match, although its odometry stands still.
+/// A robot may have been carried where this many scans in a row do not match, although its odometry stands still.
 const UNMATCHED_IN_A_ROW: usize = 2;
 
 /// Nodes near each other are matched again after all loops are closed: distance, metres, number for each node, and rounds.

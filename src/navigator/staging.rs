@@ -88,7 +88,11 @@ impl StagingSearch<'_> {
         // A robot that is there already has the yaw that it starts with.
         let is_there = direct.smoothed.length_m() <= robot.footprint.body_radius_m();
         let (heading, arrival) = if is_there { (yaw, yaw) } else { headings(&direct.smoothed) };
-        let fits = |arrival: f64| self.can_turn(&goal.position, arrival, yaw);
+        let reach_m = robot.footprint.body_radius_m() + self.settings.safety_margin_m;
+        // A window that is too large is an error of the first decision.
+        let field = self.obstacles.window(&goal.position, reach_m).ok()?;
+        let clearance = ExactClearance::new(&field, &goal.position, reach_m);
+        let fits = |arrival: f64| self.can_turn(&goal.position, &clearance, arrival, yaw);
         let (fits_nose_first, fits_tail_first) = (fits(arrival), fits(arrival + PI));
         if fits_nose_first && fits_tail_first {
             return None;
@@ -157,14 +161,8 @@ impl StagingSearch<'_> {
 
     /// Whether the body of a robot at a place has room to turn from one yaw to another, or to within the tolerance of it, radians: one
     /// that is within the safety margin must only come no nearer to an obstacle.
-    fn can_turn(&self, place: &Point, from: f64, to: f64) -> bool {
+    fn can_turn(&self, place: &Point, clearance: &ExactClearance, from: f64, to: f64) -> bool {
         let (footprint, settings) = (&self.robot.footprint, self.settings);
-        let reach_m = footprint.body_radius_m() + settings.safety_margin_m;
-        // A window that is too large is an error of the first decision.
-        let Ok(field) = self.obstacles.window(place, reach_m) else {
-            return true;
-        };
-        let clearance = ExactClearance::new(&field, place, reach_m);
         let at = |yaw: f64| Pose::new(place.x, place.y, yaw);
         let kept_m = settings.safety_margin_m.min(clearance.gap_m(footprint, &at(from)));
         let shorter = wrap_angle(to - from);

@@ -62,11 +62,18 @@ struct Leg {
 #[derive(Clone, Debug)]
 enum Stage {
     /// To the goal, by the direct plan. The leg has just begun, and the robot may drive by the staging pose instead.
-    Begun(Option<Staging>),
+    Begun(Staging),
     /// To the staging pose.
     ToStaging(Staging),
     /// To the goal.
     ToGoal(LeadingEnd),
+}
+
+impl Stage {
+    /// The first part of a leg.
+    fn first(staging: Option<Staging>) -> Self {
+        staging.map_or(Self::ToGoal(LeadingEnd::Nose), Self::Begun)
+    }
 }
 
 impl WaypointQueue {
@@ -96,7 +103,7 @@ impl WaypointQueue {
             None => Leg { goal: Goal::at(from), plan: plan(from, from)?, staging: None },
         };
         let Leg { goal, plan, staging } = first;
-        let stage = Stage::Begun(staging);
+        let stage = Stage::first(staging);
         Ok((Self { goal, stage, passed: 0, ahead, pause_until_s: f64::NEG_INFINITY }, plan))
     }
 
@@ -140,31 +147,27 @@ impl WaypointQueue {
             return None;
         }
         let Leg { goal, plan, staging } = self.ahead.pop()?;
-        (self.goal, self.stage) = (goal, Stage::Begun(staging));
+        (self.goal, self.stage) = (goal, Stage::first(staging));
         self.passed += 1;
         Some(plan)
     }
 
     /// Whether a leg has just begun, and the robot may drive by a staging pose.
     pub const fn may_stage(&self) -> bool {
-        matches!(self.stage, Stage::Begun(Some(_)))
+        matches!(self.stage, Stage::Begun(_))
     }
 
     /// Decides once, when a leg has just begun, whether a robot with this yaw, radians, drives by the staging pose; returns the plan to
     /// there. A robot that does not see behind it, `reverses` is false, cannot drive tail first.
     pub fn choose(&mut self, yaw: f64, reverses: bool) -> Option<Plan> {
-        let Stage::Begun(staging) = &mut self.stage else {
+        let Stage::Begun(staging) = &self.stage else {
             return None;
         };
-        let possible =
-            staging.take().filter(|staging| reverses || staging.leading_end == LeadingEnd::Nose);
-        let Some(staging) = possible.filter(|staging| staging.is_needed(yaw)) else {
-            self.stage = Stage::ToGoal(LeadingEnd::Nose);
-            return None;
-        };
-        let plan = staging.to_pose.clone();
-        self.stage = Stage::ToStaging(staging);
-        Some(plan)
+        let is_possible = reverses || staging.leading_end == LeadingEnd::Nose;
+        let staging = (is_possible && staging.is_needed(yaw)).then(|| staging.clone());
+        let plan = staging.as_ref().map(|staging| staging.to_pose.clone());
+        self.stage = staging.map_or(Stage::ToGoal(LeadingEnd::Nose), Stage::ToStaging);
+        plan
     }
 
     /// Goes on from the staging pose to the goal, and returns the plan; `None` elsewhere.
