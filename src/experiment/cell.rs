@@ -63,14 +63,12 @@ impl Cell {
 
     /// Everything that its result depends on. Not kept: it takes 20 kB, and a plan may have 100,000 cells.
     pub(super) fn inputs(&self) -> Value {
-        let mut world_settings = BitDigest::default();
-        world_settings.text(&json!(*self.world.settings).to_string());
         json!({
             "format": FORMAT,
             "version": env!("CARGO_PKG_VERSION"),
             "world": self.world.digest,
             // The ideal time is that of the world's own robot.
-            "world_settings": world_settings.hex(),
+            "world_settings": self.world.settings.digest,
             "seed": self.row.seed,
             "engine": self.row.engine,
             "latency_threads": self.row.latency.then_some(self.threads),

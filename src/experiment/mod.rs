@@ -64,4 +64,4 @@ pub use soak::{
 };
 pub use tuning::{Point, SearchRange, TuningPlan};
 pub use workers::{run_in_order, run_in_order_checked, run_jobs};
-pub use world::{World, WorldSimulation};
+pub use world::{World, WorldSettings, WorldSimulation};

@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::world::Route;
-use super::{ExperimentError, World, WorldKind};
+use super::{ExperimentError, World, WorldKind, WorldSettings};
 use crate::base::CollisionMonitorSettings;
 use crate::geometry::{Point, Pose};
 use crate::input_file::list;
@@ -92,7 +92,7 @@ struct Test {
 pub(super) fn read_worlds(folder: &Path, people: usize) -> Result<Vec<World>, ExperimentError> {
     let paths = list(folder).map_err(|error| ExperimentError::file(folder, error.to_string()))?;
     let settings = config().map_err(|error| ExperimentError::file(folder, error.to_string()))?;
-    let (settings, mut worlds) = (Arc::new(settings), Vec::new());
+    let (settings, mut worlds) = (Arc::new(settings.into()), Vec::new());
     for path in paths {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         if path.join("map.yaml").is_file() {
@@ -117,7 +117,7 @@ fn map(folder: &Path) -> Result<Arc<OccupancyGrid>, ExperimentError> {
 }
 
 fn routes<'a>(
-    settings: &'a Arc<Config>,
+    settings: &'a Arc<WorldSettings>,
     name: &'a str,
     map: &'a Arc<OccupancyGrid>,
     truth: Option<&'a Arc<OccupancyGrid>>,

@@ -36,7 +36,8 @@ impl Plan {
             for world in of_group(group, folder)? {
                 let mut world = World { latency, ..world };
                 if !self.config.0.is_empty() {
-                    world.settings = Arc::new(self.config.applied("config", &world.settings)?);
+                    let settings = self.config.applied("config", &world.settings)?;
+                    world.settings = Arc::new(settings.into());
                 }
                 all.push(world);
             }

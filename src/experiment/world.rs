@@ -1,7 +1,10 @@
 //! The worlds that cells drive in. A digest of its content identifies a world, not its name.
 
+use core::ops::Deref;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+
+use serde_json::json;
 
 use super::barn::{self, BarnWorld, Course};
 use super::dynabarn::{self, DynaBarnWorld};
@@ -23,13 +26,36 @@ pub struct World {
     /// Its name in tables.
     pub name: String,
     /// The settings before any change.
-    pub settings: Arc<Config>,
+    pub settings: Arc<WorldSettings>,
     /// Whether latency is measured here.
     pub latency: bool,
     /// Ends the drives of this world at the next tick once it is set. It does not affect the world's identity.
     pub interrupt: Option<Arc<AtomicBool>>,
     pub(super) source: Arc<WorldSource>,
     pub(super) digest: String,
+}
+
+/// Settings with a digest of them. It is a part of the key of every cell in the world, and takes long to compute.
+#[derive(Clone, Debug)]
+pub struct WorldSettings {
+    config: Config,
+    pub(super) digest: String,
+}
+
+impl From<Config> for WorldSettings {
+    fn from(config: Config) -> Self {
+        let mut digest = BitDigest::default();
+        digest.text(&json!(config).to_string());
+        Self { config, digest: digest.hex() }
+    }
+}
+
+impl Deref for WorldSettings {
+    type Target = Config;
+
+    fn deref(&self) -> &Config {
+        &self.config
+    }
 }
 
 /// The source of a world.
@@ -94,7 +120,7 @@ impl World {
         Self {
             kind,
             name,
-            settings: Arc::new(settings),
+            settings: Arc::new(settings.into()),
             latency: false,
             interrupt: None,
             digest: source.digest(),
