@@ -220,20 +220,11 @@ fn time_engines(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::local::{CpuEngine, Detail, Evaluation, GpuFailureKind, QuantizedProblem};
+    use crate::bench::lost_gpu::{clock, with_gpu};
 
     fn small() -> DecisionSize {
         let settings = LocalSettings { vx_samples: 4, vtheta_samples: 4, ..Default::default() };
         DecisionSize::new(&settings, 1)
-    }
-
-    /// A clock that shows a later time by each call.
-    fn clock(step_s: f64) -> impl FnMut() -> f64 {
-        let mut now_s = 0.0;
-        move || {
-            now_s += step_s;
-            now_s
-        }
     }
 
     #[test]
@@ -261,38 +252,10 @@ mod tests {
         assert_eq!(pauses, WARM_UP_ROUNDS + MIN_ROUNDS + 1);
     }
 
-    /// A GPU that takes this many decisions.
-    struct LostGpu {
-        cpu: CpuEngine,
-        remaining: usize,
-    }
-
-    impl Engine for LostGpu {
-        fn name(&self) -> String {
-            "a GPU".to_owned()
-        }
-
-        fn evaluate(
-            &mut self,
-            problem: &QuantizedProblem,
-            detail: Detail,
-        ) -> Result<Evaluation, EngineError> {
-            let lost = || EngineError::Lost {
-                adapter: self.name(),
-                kind: GpuFailureKind::DeviceLost,
-                message: "simulated".to_owned(),
-            };
-            self.remaining = self.remaining.checked_sub(1).ok_or_else(lost)?;
-            self.cpu.evaluate(problem, detail)
-        }
-    }
-
     #[test]
     fn gpu_that_fails_while_it_is_timed_is_left_out_with_its_error() {
         for remaining in [0, WARM_UP_ROUNDS + 2, 1000] {
-            let gpu = LostGpu { cpu: CpuEngine::single_threaded(), remaining };
-            let engines: Vec<Box<dyn Engine>> =
-                vec![Box::new(gpu), Box::new(CpuEngine::single_threaded())];
+            let engines = with_gpu(remaining).into_iter().rev().collect();
             let mut errors = Vec::new();
             let left_out = |error: &EngineError| errors.push(error.to_string());
             let times = time_engines(engines, &small(), &mut clock(1e-6), &mut |_| {}, left_out);

@@ -7,6 +7,8 @@ mod engine_times;
 mod error;
 mod log_localization;
 mod log_perception;
+#[cfg(test)]
+mod lost_gpu;
 pub mod movingai;
 pub mod paper;
 mod problems;
