@@ -5,6 +5,7 @@
 //! a black surface, a removed wall). Most beams of a sector in several scans show that the lidar does not see there.
 
 mod lost_surfaces;
+mod openings;
 mod sure_range;
 
 use core::f64::consts::TAU;
@@ -16,6 +17,7 @@ use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::{ObstacleGrid, RayCaster, RayEnd, Scan};
 use crate::robot::Footprint;
 use lost_surfaces::LostSurfaces;
+use openings::Openings;
 use sure_range::{ComparedBeam, SureRange};
 
 /// Sectors around the lidar; the first is centred in the direction of the robot's x axis.
@@ -80,10 +82,13 @@ impl Coverage {
 pub(super) struct ScanHealth {
     /// For each sector, the number of scans in a row that were dark.
     dark_scans: [u32; SECTORS],
+    /// The sectors that scans have had beams in.
+    in_view: [bool; SECTORS],
     blind_scans: u32,
     /// Within what the map must show a surface: far and grazed surfaces return little.
     sure_range: SureRange,
     lost: LostSurfaces,
+    openings: Openings,
     /// Place of the lidar in the robot's frame.
     lidar: Point,
 }
@@ -93,6 +98,7 @@ impl ScanHealth {
     pub fn update(&mut self, pose: &Pose, scan: &Scan, known: &RayCaster) {
         self.lidar = scan.origin;
         self.lost.update(pose, scan, self.sure_range.share() * scan.range_max);
+        self.openings.update(pose, scan);
         let sectors = self.coverage(pose, scan, known);
         let sum = |count: fn(&Coverage) -> u32| sectors.iter().map(count).sum::<u32>();
         let (expected, missing) = (sum(|one| one.expected), sum(|one| one.missing));
@@ -104,13 +110,14 @@ impl ScanHealth {
         }
         let was_dark = self.dark_scans.map(|scans| scans > 0);
         let judged = sectors.map(|sector| sector.is_dark());
-        for (dark_scans, (sector, is_dark)) in
-            self.dark_scans.iter_mut().zip(sectors.iter().zip(judged))
-        {
+        let states = self.dark_scans.iter_mut().zip(&mut self.in_view);
+        for ((dark_scans, in_view), (sector, is_dark)) in states.zip(sectors.iter().zip(judged)) {
+            *in_view |= sector.beams >= MIN_EXPECTED;
             match is_dark {
                 Some(true) => *dark_scans += 1,
                 Some(false) => *dark_scans = 0,
-                // Beyond the field of view.
+                // The scans lack a part of the field of view that they had.
+                None if sector.beams == 0 && *in_view => *dark_scans += 1,
                 None if sector.beams == 0 => *dark_scans = 0,
                 // The lidar was not shown to see again.
                 None => {}
@@ -147,12 +154,15 @@ impl ScanHealth {
         let ends = rays.cast_all(&cast, SureRange::MOST * scan.range_max);
         let compared = |(ray, on_map): (usize, &RayEnd)| {
             let (direction, range_m) = (scan.angle(beam_of(ray)), scan.ranges[beam_of(ray)]);
+            let (sector, returns) = (sector_of(direction), scan.is_return(range_m));
+            let is_in_opening = !returns && self.openings.contain(direction);
             let on_map_m = match on_map {
-                RayEnd::Blocked(on_map_m) if *on_map_m >= MIN_RANGE_M => *on_map_m,
+                RayEnd::Blocked(on_map_m) if *on_map_m >= MIN_RANGE_M && !is_in_opening => {
+                    *on_map_m
+                }
                 _ => f64::INFINITY,
             };
-            let (sector, returns) = (sector_of(direction), scan.is_return(range_m));
-            ComparedBeam { sector, range_m, on_map_m, returns }
+            ComparedBeam { sector, range_m, on_map_m, returns, is_in_opening }
         };
         let compared: Vec<_> = ends.iter().enumerate().map(compared).collect();
         let is_dark = |sector: usize| self.dark_scans[sector] > 0;
@@ -163,12 +173,12 @@ impl ScanHealth {
         let gaps = gaps(&compared);
         let wide = in_wide_gaps(&gaps, count, (WIDE_GAP_RAD / spacing).ceil() as usize);
         let ray = |(beam, is_in_wide_gap): (&ComparedBeam, bool)| {
-            let &ComparedBeam { sector, range_m, on_map_m, returns } = beam;
+            let &ComparedBeam { sector, range_m, on_map_m, returns, is_in_opening } = beam;
             let is_expected =
                 on_map_m <= near_m || on_map_m <= sure_m && (returns || is_in_wide_gap);
             let is_on_map = is_expected || range_m > sure_m;
             let is_far = returns && is_on_map && range_m >= OPEN_SHARE * sure_m;
-            Ray { sector, returns, is_expected, is_far }
+            Ray { sector, returns, is_expected, is_far, is_in_opening }
         };
         let rays: Vec<Ray> = compared.iter().zip(wide).map(ray).collect();
         let mut sectors = [Coverage::default(); SECTORS];
@@ -178,6 +188,7 @@ impl ScanHealth {
             sector.returns += u32::from(ray.returns);
             sector.expected += u32::from(ray.is_expected);
             sector.missing += u32::from(ray.is_expected && !ray.returns);
+            sector.in_open_gaps += u32::from(ray.is_in_opening);
         }
         if is_full_turn(scan) {
             judge_gaps(&rays, gaps, &mut sectors);
@@ -261,6 +272,7 @@ struct Ray {
     is_expected: bool,
     /// Whether it shows a surface where the map does, so far away that the surfaces next to it may be out of range.
     is_far: bool,
+    is_in_opening: bool,
 }
 
 /// The gaps of neighbouring beams without a return. The last beam is next to the first one: places count on around a full turn.

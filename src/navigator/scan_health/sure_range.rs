@@ -28,10 +28,12 @@ pub(super) struct ComparedBeam {
     pub sector: usize,
     /// What the lidar measured, metres.
     pub range_m: f64,
-    /// Distance of the surface in the map, metres; infinite where it shows none.
+    /// Distance of the surface in the map, metres; infinite where it shows none, and through an opening.
     pub on_map_m: f64,
     /// Whether the lidar measured a surface.
     pub returns: bool,
+    /// Whether it had no return through an opening that the map does not have.
+    pub is_in_opening: bool,
 }
 
 impl SureRange {
@@ -98,7 +100,7 @@ mod tests {
         let beam = |sector: usize, share: f64| {
             let returns = open.contains(&sector) && share < sees_to;
             let on_map_m = share * RANGE_M;
-            ComparedBeam { sector, range_m: on_map_m, on_map_m, returns }
+            ComparedBeam { sector, range_m: on_map_m, on_map_m, returns, is_in_opening: false }
         };
         let of_sector = |sector| walls.iter().flat_map(move |&share| [beam(sector, share); 3]);
         (0..SECTORS).flat_map(of_sector).collect()

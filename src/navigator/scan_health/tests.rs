@@ -274,6 +274,25 @@ fn expected_surfaces_turn_with_robot_and_map() {
     }
 }
 
+/// A driver that loses a part of its messages may publish the rest as a whole scan.
+#[test]
+fn scan_that_became_shorter_is_blind_where_beams_are_missing() {
+    let room = RayCaster::new(&room(8.0));
+    let full = scan(|_| true, f64::NAN);
+    let mut short = full.clone();
+    short.ranges.truncate(90);
+    let mut health = ScanHealth::default();
+    (0..9).for_each(|_| health.update(&Pose::default(), &short, &room));
+    assert_eq!(health.fault(), None, "a lidar that never looked ahead");
+    health.update(&Pose::default(), &full, &room);
+    (0..2).for_each(|_| health.update(&Pose::default(), &short, &room));
+    assert_eq!(health.fault(), None);
+    health.update(&Pose::default(), &short, &room);
+    assert_eq!(health.fault(), Some(ObservationFault::LidarPartlyBlind));
+    health.update(&Pose::default(), &full, &room);
+    assert_eq!((health.fault(), health.blind_sectors()), (None, 0));
+}
+
 #[test]
 fn returns_of_a_blind_sector_are_not_masked() {
     let left = scan(|direction| !(1.2..2.0).contains(&direction), f64::INFINITY);
