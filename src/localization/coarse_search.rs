@@ -2,6 +2,8 @@
 //!
 //! This is correlative scan matching (Olson, "Real-Time Correlative Scan Matching", ICRA 2009) with a small window.
 
+use nalgebra::Matrix3;
+
 use super::DeskewedScan;
 use super::signed_distance_field::SignedDistanceField;
 use crate::geometry::{Point, Pose, wrap_angle};
@@ -30,6 +32,35 @@ pub(super) fn search_map(
     sigmas: (f64, f64),
 ) -> Pose {
     coarse_search(scan.hits.iter().map(|hit| hit.end), prior, sigmas, map)
+}
+
+/// The largest extent of a search along one direction to each side, metres.
+const MAX_EXTENT_ALONG_M: f64 = 6.0;
+
+/// As [`search_map`], along the direction in which the predicted position is least certain, with all beams. The prior counts by the
+/// covariance of x, y and yaw.
+pub(super) fn search_along(
+    map: &SignedDistanceField,
+    scan: &DeskewedScan,
+    prior: &Pose,
+    covariance: &Matrix3<f64>,
+) -> Pose {
+    let (a, b, c) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
+    let variance = f64::midpoint(a, c) + libm::hypot(0.5 * (a - c), b);
+    let (sin, cos) = libm::sincos(0.5 * libm::atan2(2.0 * b, a - c));
+    let ends: Vec<Point> = scan.hits.iter().map(|hit| prior.transform(&hit.end)).collect();
+    let extent_m = (SIGMAS * variance.sqrt()).min(MAX_EXTENT_ALONG_M);
+    let (mut best, mut best_m) = (f64::NEG_INFINITY, 0.0);
+    for step in outwards((extent_m / STEP_M).ceil() as i32) {
+        let along_m = STEP_M * f64::from(step);
+        let (dx, dy) = (along_m * cos, along_m * sin);
+        let score = |end: &Point| map.of_cell(map.column(end.x + dx), map.row(end.y + dy));
+        let total = ends.iter().map(score).sum::<f64>() - 0.5 * along_m * along_m / variance;
+        if total > best {
+            (best, best_m) = (total, along_m);
+        }
+    }
+    Pose { x: prior.x + best_m * cos, y: prior.y + best_m * sin, ..*prior }
 }
 
 /// Scores of points, each by the cell of a grid in which it lies.

@@ -7,10 +7,9 @@ use nalgebra::Matrix3;
 
 use super::agreement::walled_fraction;
 use super::change_detector::ChangeDetector;
-use super::coarse_search::search_map;
 use super::map_scores::MapScores;
 use super::motion_check::MotionCheck;
-use search::Searches;
+use search::{Searches, is_vague};
 
 use super::pose_filters::{OdometryNoise, PoseEkf, offset};
 use super::scan_matcher::{ScanMatch, ScanMatcher, information_of};
@@ -253,10 +252,8 @@ impl Localizer {
         self.history.record(time_s, &corrected);
         self.estimate.time_s = time_s;
         self.update_estimate();
-        let Self { settings, estimate, .. } = &*self;
-        let is_unknown = estimate.sigma_m() > settings.lost_sigma_m
-            || estimate.sigma_rad() > settings.lost_sigma_rad;
-        if is_unknown && self.estimate.status.lost_reason().is_none() {
+        if self.estimate.is_unknown(&self.settings) && self.estimate.status.lost_reason().is_none()
+        {
             self.lose(LostReason::HighUncertainty);
         }
     }
@@ -291,15 +288,8 @@ impl Localizer {
         let Some(prior_information) = covariance.try_inverse() else {
             return self.lose(LostReason::HighUncertainty);
         };
-        let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
         let prior = self.ekf.pose;
-        let matched = if self.has_sparse_scans {
-            let sigmas = (sigma_m, covariance[(2, 2)].sqrt());
-            let begin = search_map(&self.map, &self.scan, &prior, sigmas);
-            self.matcher().match_scan_from(begin, &prior, &prior_information, 0.0)
-        } else {
-            self.matcher().match_scan(&prior, &prior_information, sigma_m)
-        };
+        let matched = self.match_predicted(&covariance, &prior_information);
         self.estimate.agreement = self.matcher().agreement(&matched.pose);
         self.estimate.rms_m = matched.rms_m;
         self.estimate.unobservable_directions = matched.unobservable_directions;
@@ -314,6 +304,10 @@ impl Localizer {
         self.update_estimate();
         let odometry = self.odometry();
         let pose = self.ekf.pose;
+        if is_vague(&covariance) {
+            // The correction is no motion.
+            self.motion_check.clear();
+        }
         if self.motion_check.is_stuck(self.scan.time_s, &odometry, &pose) {
             return self.lose_without_motion();
         }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::Agreement;
+use super::{Agreement, LocalizationSettings};
 use crate::geometry::Pose;
 
 /// Why localisation is lost.
@@ -92,9 +92,26 @@ impl PoseEstimate {
     /// Largest standard deviation of the position along any axis, metres.
     #[must_use]
     pub fn sigma_m(&self) -> f64 {
+        self.sigmas_m()[0]
+    }
+
+    /// Largest and smallest standard deviation of the position along any axis, metres.
+    pub(super) fn sigmas_m(&self) -> [f64; 2] {
         let [[a, b, _], [_, c, _], _] = self.covariance;
         let (mean, half) = (f64::midpoint(a, c), (a - c) / 2.0);
-        sigma(mean + (half * half + b * b).sqrt())
+        let differs = (half * half + b * b).sqrt();
+        [mean + differs, mean - differs].map(sigma)
+    }
+
+    /// Whether too little is known of the pose. Along a smooth roadway the scans show where the walls are, which is enough to drive.
+    pub(super) fn is_unknown(&self, settings: &LocalizationSettings) -> bool {
+        let [most_m, least_m] = self.sigmas_m();
+        let limit_m = settings.lost_sigma_m;
+        let is_along_walls = self.unobservable_directions == 1;
+        let along_m = if is_along_walls { settings.lost_sigma_along_m } else { limit_m };
+        most_m > along_m.max(limit_m)
+            || least_m > limit_m
+            || self.sigma_rad() > settings.lost_sigma_rad
     }
 
     /// Standard deviation of the yaw, radians.

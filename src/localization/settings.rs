@@ -45,6 +45,9 @@ settings! {
         pub uncertain_sigma_rad: f64 = 0.01, ["rad", above 0 to 3];
         /// Localisation is lost above this standard deviation along the worse axis.
         pub lost_sigma_m: f64 = 0.5, ["m", above 0 to 100];
+        /// The same along the one direction of motion that the scans do not show, as along a smooth roadway; at least
+        /// `lost_sigma_m` counts.
+        pub lost_sigma_along_m: f64 = 1.0, ["m", above 0 to 100];
         /// Localisation is lost above this standard deviation of the yaw.
         pub lost_sigma_rad: f64 = 0.15, ["rad", above 0 to 3];
         /// Fraction of the beams that must agree with the map to relocalise.

@@ -1,16 +1,23 @@
 //! Searches of the whole map: by a localizer that is lost, and by one that doubts.
 
+use nalgebra::Matrix3;
+
 use super::{Localizer, MAX_CORRECTION_SIGMAS2, SAME_PLACE_AGREEMENT, distance_m, has_moved};
 use crate::geometry::Pose;
+use crate::localization::coarse_search::{search_along, search_map};
 use crate::localization::map_scores::MapScores;
 use crate::localization::pose_filters::offset;
 use crate::localization::relocalization::{Found, GlobalSearch, SearchRegion};
+use crate::localization::scan_matcher::ScanMatch;
 use crate::localization::signed_distance_field::SignedDistanceField;
 use crate::localization::{LocalizationError, LocalizationStatus, LostReason, PoseHint};
 
 /// A robot that stands does not move by more than this between two revolutions of a search, metres and radians.
 const STANDING_M: f64 = 0.05;
 const STANDING_RAD: f64 = 0.03;
+
+/// The position is vague from this standard deviation on, metres: nothing has constrained it for long, as along a smooth roadway.
+const VAGUE_SIGMA_M: f64 = 0.15;
 
 /// Nodes of a search at each revolution: some ten milliseconds; and the part of them while the robot drives.
 const NODES: usize = 450_000;
@@ -90,7 +97,30 @@ struct Doubt {
     believed: Pose,
 }
 
+/// Whether the next feature of the walls may correct the position by far.
+pub(super) fn is_vague(covariance: &Matrix3<f64>) -> bool {
+    covariance[(0, 0)].max(covariance[(1, 1)]).sqrt() > VAGUE_SIGMA_M
+}
+
 impl Localizer {
+    /// Matches the scan around the predicted pose of this covariance, and its inverse. Where that may be far off, a search comes first.
+    pub(super) fn match_predicted(
+        &self,
+        covariance: &Matrix3<f64>,
+        information: &Matrix3<f64>,
+    ) -> ScanMatch {
+        let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
+        let prior = self.ekf.pose;
+        let begin = if self.has_sparse_scans {
+            search_map(&self.map, &self.scan, &prior, (sigma_m, covariance[(2, 2)].sqrt()))
+        } else if is_vague(covariance) {
+            search_along(&self.map, &self.scan, &prior, covariance)
+        } else {
+            return self.matcher().match_scan(&prior, information, sigma_m);
+        };
+        self.matcher().match_scan_from(begin, &prior, information, 0.0)
+    }
+
     /// Discards the pose. The robot is searched near the hint first, and on the whole map if nothing matches there. Within the
     /// hint's region too it is found only where one place matches better than all others a metre away: a hint of less than 0.15 m
     /// leaves no other.

@@ -136,17 +136,18 @@ fn people_who_hide_most_of_the_map_do_not_lose_a_robot() {
     assert!(errors(&estimate, &truth).0 < 0.012, "{estimate:?}");
 }
 
-/// Drives along the middle of a smooth roadway; odometry reads 5 % too much.
-fn along_the_roadway(lidar: &Lidar) -> (PoseEstimate, Pose, f64) {
-    let start = Pose::new(9.0, 7.5, 0.0);
+/// Drives a number of metres along the middle of a smooth roadway from an x, metres; odometry reads 5 % too much.
+fn along_the_roadway(lidar: &Lidar, from_x: f64, metres: f64) -> (PoseEstimate, Pose, f64) {
+    let start = Pose::new(from_x, 7.5, 0.0);
     let mut stage = Stage::new(ground(Pose::default(), &ROADWAY), &start);
     let mut truth = start;
     for tick in 0..=100 {
-        let distance_m = 0.02 * f64::from(tick);
-        truth = Pose::new(9.0 + distance_m, 7.5, 0.0);
+        let distance_m = 0.01 * metres * f64::from(tick);
+        truth = Pose::new(from_x + distance_m, 7.5, 0.0);
         let time_s = 0.1 * f64::from(tick);
         stage.localizer.predict(time_s, &Pose::new(distance_m / 0.95, 0.0, 0.0));
-        stage.update(lidar, &truth, time_s);
+        let status = stage.update(lidar, &truth, time_s).status;
+        assert_eq!(status.lost_reason(), None, "{truth:?}");
     }
     let (distance_scale, _) = stage.localizer.odometry_scale();
     (*stage.localizer.estimate(), truth, distance_scale)
@@ -155,7 +156,7 @@ fn along_the_roadway(lidar: &Lidar) -> (PoseEstimate, Pose, f64) {
 #[test]
 fn smooth_roadway_leaves_the_pose_along_it_to_odometry() {
     let short = lidar().range_max_m(6.0);
-    let (estimate, truth, distance_scale) = along_the_roadway(&short);
+    let (estimate, truth, distance_scale) = along_the_roadway(&short, 9.0, 2.0);
     assert_eq!(estimate.unobservable_directions, 1);
     // The slip over 2 m remains along the roadway; there is no error across it.
     assert!((estimate.pose.x - truth.x - 0.105).abs() < 0.01, "{estimate:?}");
@@ -169,12 +170,21 @@ fn smooth_roadway_leaves_the_pose_along_it_to_odometry() {
 
 #[test]
 fn visible_roadway_end_lets_the_filter_learn_slip() {
-    let (estimate, truth, distance_scale) = along_the_roadway(&lidar());
+    let (estimate, truth, distance_scale) = along_the_roadway(&lidar(), 9.0, 2.0);
     assert_eq!(
         (estimate.unobservable_directions, estimate.status),
         (0, LocalizationStatus::Tracking)
     );
     assert!(errors(&estimate, &truth).0 < 0.02, "{estimate:?}");
+    assert!((distance_scale - 0.95).abs() < 0.02, "{distance_scale}");
+}
+
+/// The error along the walls is 0.5 m when their end comes into view.
+#[test]
+fn end_of_a_smooth_roadway_corrects_the_pose_at_once() {
+    let short = lidar().range_max_m(4.0);
+    let (estimate, truth, distance_scale) = along_the_roadway(&short, 5.0, 11.0);
+    assert!(errors(&estimate, &truth).0 < 0.03, "{estimate:?}");
     assert!((distance_scale - 0.95).abs() < 0.02, "{distance_scale}");
 }
 
