@@ -20,6 +20,9 @@ pub const SIMULATED: &str = "One mission, simulated in a closed loop.";
 const MIN_TURN_RATIO: f64 = 0.9;
 const MAX_TURN_RATIO: f64 = 1.1;
 
+/// Distance by scans over that of the tracks: outside, slip alone hardly explains it.
+const USUAL_SCALE: core::ops::RangeInclusive<f64> = 0.7..=1.1;
+
 /// Collects the decision times.
 fn latencies(result: &MissionResult) -> Latencies {
     let mut latencies = Latencies::default();
@@ -128,6 +131,7 @@ pub fn lines(result: &MissionResult) -> Vec<String> {
     }
     lines.push(format!("{:<12} {}", "motion", motion(result)));
     lines.push(format!("{:<12} {}", "response", response(result)));
+    lines.extend(odometry(result).map(|scale| format!("{:<12} {scale}", "odometry")));
     lines.extend(
         result.zones.as_ref().map(|zones| format!("{:<12} {}", "zones", zones_text(zones))),
     );
@@ -182,6 +186,16 @@ fn motion(result: &MissionResult) -> String {
     let lost_s = result.encounters.time_lost_s;
     let lost = lost_s.map_or_else(String::new, |lost_s| format!(", {lost_s:+.1} s with them"));
     format!("{changes} sign changes of omega per metre; {met} {people} met{lost}")
+}
+
+/// An unusual scale of the odometry.
+fn odometry(result: &MissionResult) -> Option<String> {
+    let (distance, _) = result.odometry_scale?;
+    (!USUAL_SCALE.contains(&distance)).then(|| {
+        format!(
+            "the robot moves {distance:.2} times as far as its tracks report: slip, or a wrong scale (see `inbye base calibrate`)"
+        )
+    })
 }
 
 /// What the drive showed of the base's response to commands.

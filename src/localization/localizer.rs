@@ -1,6 +1,7 @@
 //! The localizer: fuses odometry with matched scans.
 
 mod continuation;
+mod motion;
 mod search;
 
 use nalgebra::Matrix3;
@@ -9,10 +10,8 @@ use super::agreement::walled_fraction;
 use super::change_detector::ChangeDetector;
 use super::map_scores::MapScores;
 use super::motion_check::MotionCheck;
-use search::{Searches, is_vague};
-
 use super::pose_filters::{OdometryNoise, PoseEkf, offset};
-use super::scan_matcher::{ScanMatch, ScanMatcher, information_of};
+use super::scan_matcher::{ScanMatch, ScanMatcher};
 use super::signed_distance_field::SignedDistanceField;
 use super::{
     Agreement, DeskewedScan, LocalizationError, LocalizationSettings, LocalizationStatus,
@@ -20,6 +19,8 @@ use super::{
 };
 use crate::geometry::{Pose, wrap_angle};
 use crate::map::{ObstacleGrid, OccupancyGrid, TimedScan};
+use motion::{MOVED_M, MOVED_RAD};
+use search::{Searches, is_vague};
 
 /// A correction by more than this many standard deviations, squared, is a jump. It occurs by chance once in a million
 /// revolutions (chi-square distribution with three degrees of freedom).
@@ -37,18 +38,6 @@ const SAME_PLACE_AGREEMENT: f64 = 0.85;
 /// Distance by odometry after which a relocalised pose is confirmed, metres. Until then, this many rejected revolutions lose it.
 const CONFIRMED_M: f64 = 1.0;
 const REJECTIONS_BEFORE: u32 = 2;
-
-/// Motion by odometry since the last accepted revolution, metres and radians. A scan that still matches there, within the
-/// second value, then shows a robot that does not move.
-const MOVED_M: f64 = 0.18;
-const MOVED_RAD: f64 = 0.18;
-const SAME_M: f64 = 0.1;
-const SAME_RAD: f64 = 0.08;
-/// By how much more the scan agrees there than at the predicted pose.
-const NOT_PREDICTED: f64 = 0.05;
-/// Standard deviations of that pose, metres and radians.
-const SAME_SIGMA_M: f64 = 0.03;
-const SAME_SIGMA_RAD: f64 = 0.03;
 
 /// A jump shows that the filter was too sure of the pose, unless the robot was found just before: standard deviations that are
 /// added, metres and radians.
@@ -115,7 +104,7 @@ pub struct Localizer {
     found: Option<FoundPlace>,
     /// Whether most beams agreed at a pose that no search has found since.
     is_proven: bool,
-    /// Whether the robot was lost too often at the same place to be found again.
+    /// Whether the robot is not searched again: it was lost too often at the same place, or its odometry is wrong.
     has_given_up: bool,
     /// Whether a search precedes the scan matcher.
     has_sparse_scans: bool,
@@ -311,6 +300,10 @@ impl Localizer {
         if self.motion_check.is_stuck(self.scan.time_s, &odometry, &pose) {
             return self.lose_without_motion();
         }
+        if self.moves_farther_than_odometry() {
+            self.has_given_up = true;
+            return self.lose(LostReason::OdometryScale);
+        }
         let agreement = self.estimate.agreement.matching_fraction();
         self.anchor = Some(Anchor { odometry, matched: pose, agreement });
         let is_found = self.found.is_some() || self.confirmations.is_some();
@@ -331,33 +324,6 @@ impl Localizer {
     /// The newest pose by odometry.
     fn odometry(&self) -> Pose {
         self.odometry.map_or_else(Pose::default, |(_, pose)| pose)
-    }
-
-    /// Whether the scan still matches where the last accepted one did, although odometry has moved since.
-    fn is_at_anchor(&self, predicted: &Pose) -> bool {
-        let Some(anchor) = &self.anchor else {
-            return false;
-        };
-        if !has_moved(&anchor.odometry, &self.odometry(), MOVED_M, MOVED_RAD) {
-            return false;
-        }
-        let information = information_of(SAME_SIGMA_M, SAME_SIGMA_RAD);
-        let matched = self.matcher().match_scan(&anchor.matched, &information, SAME_SIGMA_M);
-        let share = |pose: &Pose| self.matcher().agreement(pose).matching_fraction();
-        let agreement = share(&matched.pose);
-        matched.unobservable_directions == 0
-            && !has_moved(&anchor.matched, &matched.pose, SAME_M, SAME_RAD)
-            && agreement >= self.settings.min_agreement.max(SAME_PLACE_AGREEMENT * anchor.agreement)
-            // Among walls that have changed, the robot may be rejected where it is predicted.
-            && agreement >= share(predicted) + NOT_PREDICTED
-    }
-
-    /// Loses a robot that does not move although its odometry does. It stands where it was matched last.
-    fn lose_without_motion(&mut self) {
-        if let Some(anchor) = self.anchor {
-            self.ekf = self.ekf.reset_pose(anchor.matched, &self.settings);
-        }
-        self.lose(LostReason::NotMoving);
     }
 
     /// Why the scan contradicts the matched pose, if it does.
@@ -471,7 +437,7 @@ impl Localizer {
                 found.losses += 1;
                 if found.losses >= MAX_FOUND {
                     self.has_given_up = true;
-                    if reason != LostReason::NotMoving {
+                    if !matches!(reason, LostReason::NotMoving | LostReason::OdometryScale) {
                         reason = LostReason::LostAgain;
                     }
                 }

@@ -32,7 +32,9 @@ pub enum LostReason {
     #[error("the robot does not move although its tracks do, or its lidar is frozen")]
     NotMoving,
     /// The pose was found and lost again at the same place several times.
-    #[error("the pose is found and lost again and again at the same place")]
+    #[error(
+        "the pose is found and lost again and again at the same place: check the mounting of the lidar, and the scale of the odometry"
+    )]
     LostAgain,
     /// Another place of the map matches much better.
     #[error("another place of the map matches the scan much better")]
@@ -40,6 +42,12 @@ pub enum LostReason {
     /// No pose was given at the start, or the scans have not confirmed the given one yet.
     #[error("no pose was given at the start, or the scans have not confirmed it yet")]
     NoPose,
+    /// The robot moves farther than its odometry says, by more than slip or a worn track explain.
+    #[error(
+        "it moves more than 1.3 times as far as its odometry says: calibrate the base (`inbye base calibrate` finds ticks_per_m), or \
+         correct the scale of the odometry"
+    )]
+    OdometryScale,
 }
 
 /// Reliability of the pose.

@@ -8,6 +8,9 @@ use crate::robot::{Limits, MotionEstimate, MotionIdentifier};
 /// No base is commanded to turn by more than the inverse of this ratio: a wrong estimate must not spin it.
 const MIN_TURN_RATIO: f64 = 0.5;
 
+/// A base that drives faster than commanded by more than this share is commanded to drive slower.
+const FASTER: f64 = 0.1;
+
 /// A command below this share of the decided speed is slowed.
 const SLOWED: f64 = 0.9;
 
@@ -20,11 +23,11 @@ pub(super) struct BaseResponse {
     /// Time from a command to its effect by the settings, seconds.
     stated_delay_s: f64,
     identifier: MotionIdentifier,
-    /// The last commands without the correction of the turn rate: the motion that the robot should make.
+    /// The last commands without their correction: the motion that the robot should make.
     pub in_flight: CommandsInFlight,
     /// Time of the last tick with a finite time, seconds, and the command that was sent then.
     sent: Option<(f64, Twist)>,
-    /// The last command, without the correction of the turn rate.
+    /// The last command, without its correction.
     pub last_command: Twist,
     /// Whether the sender sent a slower command than the last one decided, and not that to stand: its protective layer limits it.
     pub is_slowed: bool,
@@ -50,19 +53,22 @@ impl BaseResponse {
         self.identifier.estimate()
     }
 
-    /// The command for a wanted motion. A base whose tracks turn it less than calibrated is commanded to turn more.
+    /// The command for a wanted motion. A base whose tracks turn it less than calibrated is commanded to turn more, and one that drives
+    /// faster than commanded is commanded to drive slower.
     pub fn corrected(&self, wanted: &Twist) -> Twist {
-        let ratio = self.turn_ratio();
-        if ratio == 1.0 {
+        let (speed_ratio, turn_ratio) = (self.speed_ratio(), self.turn_ratio());
+        if speed_ratio == 1.0 && turn_ratio == 1.0 {
             return *wanted;
         }
-        self.nominal.clamp(&Twist::new(wanted.linear, wanted.angular / ratio))
+        let command = Twist::new(wanted.linear / speed_ratio, wanted.angular / turn_ratio);
+        self.nominal.clamp(&command)
     }
 
     /// Remembers a command that was sent at a time, and what the robot drives by it.
     pub fn set_sent(&mut self, time_s: f64, command: &Twist) {
         self.sent = time_s.is_finite().then_some((time_s, *command));
-        self.last_command = Twist::new(command.linear, command.angular * self.turn_ratio());
+        self.last_command =
+            Twist::new(command.linear * self.speed_ratio(), command.angular * self.turn_ratio());
     }
 
     /// Forgets the commands so far.
@@ -110,9 +116,61 @@ impl BaseResponse {
         })
     }
 
+    /// Measured over commanded speed of a base that drives faster than commanded for certain; one for any other.
+    fn speed_ratio(&self) -> f64 {
+        let ratio = self.identifier.estimate().speed_ratio.filter(|_| self.is_identified);
+        ratio.filter(|ratio| ratio.low > 1.0 + FASTER).map_or(1.0, |ratio| ratio.value)
+    }
+
     /// Measured over commanded turn rate: the value of its interval that is nearest to one.
     fn turn_ratio(&self) -> f64 {
         let ratio = self.identifier.estimate().turn_ratio.filter(|_| self.is_identified);
         ratio.map_or(1.0, |ratio| 1.0_f64.min(ratio.high).max(ratio.low).max(MIN_TURN_RATIO))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::map::Scan;
+
+    fn observation(time_s: f64, linear: f64) -> Observation {
+        Observation {
+            time_s,
+            pose: Pose::default(),
+            pose_s: time_s,
+            lost: None,
+            twist: Twist::new(linear, 0.0),
+            odometry_s: time_s,
+            scan: Scan::default(),
+            scan_s: time_s,
+            scan_changed_s: time_s,
+            sent: None,
+        }
+    }
+
+    /// The command for 0.8 m/s, after 20 s with a base that drives this many times as fast as commanded.
+    fn commanded(times: f64) -> f64 {
+        let mut base = BaseResponse::new(Limits::default(), &NavigatorSettings::default());
+        let mut speed = 0.0;
+        for tick in 0..200 {
+            let time_s = 0.1 * f64::from(tick);
+            let seen = observation(time_s, times * speed);
+            base.record_sent(&seen);
+            base.identify(&seen);
+            let phase_s = time_s % 6.0;
+            let wanted = phase_s.min(6.0 - phase_s).min(0.8);
+            let command = base.corrected(&Twist::new(wanted, 0.0));
+            base.set_sent(time_s, &command);
+            speed = command.linear;
+        }
+        base.corrected(&Twist::new(0.8, 0.0)).linear
+    }
+
+    #[test]
+    fn base_that_drives_faster_than_commanded_is_commanded_to_drive_slower() {
+        assert!((commanded(1.25) - 0.64).abs() < 0.02, "{}", commanded(1.25));
+        assert_eq!([commanded(1.0), commanded(1.05), commanded(0.8)], [0.8; 3]);
     }
 }

@@ -314,11 +314,10 @@ impl Navigator {
         if let Some(host) = &mut self.controller {
             host.start_tick();
         }
-        let limits = &self.robot.limits;
-        let known = self.obstacles.rays();
+        let (robot, known) = (&self.robot, self.obstacles.rays());
         let last = &self.base.last_command;
         let has_new_scan =
-            match self.validator.validate(observation, last, limits, &self.settings, known) {
+            match self.validator.validate(observation, last, robot, &self.settings, known) {
                 Ok(has_new_scan) => {
                     self.faulty = FaultyTime::default();
                     has_new_scan

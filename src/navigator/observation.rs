@@ -13,6 +13,7 @@ use super::scan_health::ScanHealth;
 use crate::geometry::{Pose, Twist, Vector};
 use crate::localization::LostReason;
 use crate::map::{RayCaster, Scan};
+use crate::navigator::RobotModel;
 use crate::robot::{Limits, is_plausible};
 
 /// Jump by which a localisation may correct its pose, metres, beyond what the robot can have driven since.
@@ -118,6 +119,11 @@ pub enum ObservationFault {
         "the lidar is blind in some directions, or the map is out of date there: it has no returns where the map shows surfaces"
     )]
     LidarPartlyBlind,
+    /// The lidar measures surfaces within the robot's outline.
+    #[error(
+        "the lidar measures surfaces within the robot's outline: clean it, move what stands before it, or raise its smallest range"
+    )]
+    LidarFouled,
     /// The localisation does not know the pose.
     #[error("the robot is lost: {0}")]
     Lost(LostReason),
@@ -149,6 +155,7 @@ impl Serialize for ObservationFault {
             Self::FrozenScan => "frozen_scan",
             Self::LidarBlind => "lidar_blind",
             Self::LidarPartlyBlind => "lidar_partly_blind",
+            Self::LidarFouled => "lidar_fouled",
             Self::Lost(LostReason::NoReturns) => "lost_no_returns",
             Self::Lost(LostReason::BeamsThroughWalls) => "lost_beams_through_walls",
             Self::Lost(LostReason::PoorMatch) => "lost_poor_match",
@@ -159,6 +166,7 @@ impl Serialize for ObservationFault {
             Self::Lost(LostReason::LostAgain) => "lost_again",
             Self::Lost(LostReason::BetterElsewhere) => "lost_better_elsewhere",
             Self::Lost(LostReason::NoPose) => "lost_no_pose",
+            Self::Lost(LostReason::OdometryScale) => "lost_odometry_scale",
             Self::PoseJump => "pose_jump",
             Self::PoseFrozen => "pose_frozen",
             Self::MotionReversed => "motion_reversed",
@@ -210,17 +218,19 @@ impl ObservationValidator {
         &mut self,
         observation: &Observation,
         commanded: &Twist,
-        limits: &Limits,
+        robot: &RobotModel,
         settings: &NavigatorSettings,
         known: &RayCaster,
     ) -> Result<bool, ObservationFault> {
-        let checked = self.check(observation, commanded, limits, settings);
+        let checked = self.check(observation, commanded, &robot.limits, settings);
         let validated = checked.and_then(|is_new| {
             if !settings.features.scan_health {
                 return Ok(is_new);
             }
             if is_new {
-                self.health.update(&observation.pose, &observation.scan, known);
+                let scan = &observation.scan;
+                self.health.look_for_own_body(scan, &robot.footprint);
+                self.health.update(&observation.pose, scan, known);
             }
             self.health.fault().map_or(Ok(is_new && !self.health.is_suspect()), Err)
         });

@@ -6,18 +6,20 @@
 
 mod lost_surfaces;
 mod openings;
+mod own_body;
 mod sure_range;
 
 use core::f64::consts::TAU;
 use core::ops::Range;
 
 use super::ObservationFault;
-use super::scan_visibility::{ends_alone_within, is_full_turn};
+use super::scan_visibility::is_full_turn;
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::{ObstacleGrid, RayCaster, RayEnd, Scan};
 use crate::robot::Footprint;
 use lost_surfaces::LostSurfaces;
 use openings::Openings;
+use own_body::{ends_alone_within, sees_own_body};
 use sure_range::{ComparedBeam, SureRange};
 
 /// Sectors around the lidar; the first is centred in the direction of the robot's x axis.
@@ -43,6 +45,8 @@ const BLIND_SHARE: f64 = 0.9;
 /// Scans in a row that a sector is dark, or the whole lidar, until it counts as blind.
 const DARK_SCANS: u32 = 3;
 const BLIND_SCANS: u32 = 2;
+/// Scans in a row with surfaces within the robot's outline until the lidar counts as fouled.
+const FOULED_SCANS: u32 = 10;
 /// A robot does not drive with a blind sector within this of its heading, radians.
 const FRONT: f64 = 0.8;
 
@@ -85,6 +89,8 @@ pub(super) struct ScanHealth {
     /// The sectors that scans have had beams in.
     in_view: [bool; SECTORS],
     blind_scans: u32,
+    /// The number of scans in a row with surfaces within the robot's outline.
+    fouled_scans: u32,
     /// Within what the map must show a surface: far and grazed surfaces return little.
     sure_range: SureRange,
     lost: LostSurfaces,
@@ -94,6 +100,11 @@ pub(super) struct ScanHealth {
 }
 
 impl ScanHealth {
+    /// Looks in a new scan for dirt on the lidar, or a part of the robot before it.
+    pub fn look_for_own_body(&mut self, scan: &Scan, body: &Footprint) {
+        self.fouled_scans = if sees_own_body(body, scan) { self.fouled_scans + 1 } else { 0 };
+    }
+
     /// Judges a new scan from a pose in the map.
     pub fn update(&mut self, pose: &Pose, scan: &Scan, known: &RayCaster) {
         self.lidar = scan.origin;
@@ -200,6 +211,9 @@ impl ScanHealth {
     pub fn fault(&self) -> Option<ObservationFault> {
         if self.blind_scans >= BLIND_SCANS {
             return Some(ObservationFault::LidarBlind);
+        }
+        if self.fouled_scans >= FOULED_SCANS {
+            return Some(ObservationFault::LidarFouled);
         }
         let is_ahead =
             |sector: usize| wrap_angle(sector as f64 * TAU / SECTORS as f64).abs() <= FRONT;

@@ -6,15 +6,12 @@ use std::collections::VecDeque;
 
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::Scan;
-use crate::robot::Footprint;
 
 /// Largest error of a pose, radians and metres: three standard deviations of each of two poses.
 const YAW_ERROR: f64 = 0.012;
 const PLACE_ERROR_M: f64 = 0.03;
 /// Error of a distance as a share of it: beams meet far surfaces at a flatter angle.
 const MARGIN_SHARE: f64 = 0.01;
-/// A return within this distance of the robot's body lies in it, metres: the noise of a range.
-const OWN_BODY_MARGIN_M: f64 = 0.02;
 
 /// The first and the last beam within an angle of a direction in the map frame, and of the two next to it at least. They may lie
 /// beyond the field of view. `None` without beams.
@@ -74,28 +71,6 @@ pub(super) fn is_in_view(pose: &Pose, scan: &Scan, direction: f64, half_angle: f
         |beams: RangeInclusive<i64>| *beams.start() >= 0 && *beams.end() < scan.ranges.len() as i64;
     beams_towards(pose, scan, direction, half_angle)
         .is_some_and(|beams| is_full_turn(scan) || is_within(beams))
-}
-
-/// Whether a beam ends within the robot's body.
-fn ends_within(body: &Footprint, scan: &Scan) -> impl Fn(usize) -> bool {
-    let reach_m = body.body_radius_m() + scan.origin.to_vector().norm() + OWN_BODY_MARGIN_M;
-    move |beam| {
-        let range_m = scan.ranges[beam];
-        range_m > 0.0 && range_m <= reach_m && {
-            let end = scan.end_from(&scan.origin, 0.0, beam);
-            body.gap_to_disc_m(&Pose::default(), &end, OWN_BODY_MARGIN_M) <= 0.0
-        }
-    }
-}
-
-/// Whether a beam ends within the robot's body and its neighbours do not, as on a grain of dust. An obstacle that touches the robot
-/// returns several beams.
-pub(super) fn ends_alone_within(body: &Footprint, scan: &Scan) -> impl Fn(usize) -> bool {
-    let (ends_within, count) = (ends_within(body, scan), scan.ranges.len());
-    move |beam| {
-        let neighbours = [beam + 1, beam + count - 1].map(|beam| beam % count);
-        ends_within(beam) && !neighbours.into_iter().any(&ends_within)
-    }
 }
 
 /// The shortest of the ranges within an angle of a direction in the map frame, metres. A beam without a return saw to the sensor's
@@ -320,7 +295,6 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::robot::Polygon;
 
     /// A full turn with four beams for each degree.
     fn scan(range: impl Fn(f64) -> f64) -> Scan {
@@ -388,19 +362,6 @@ mod tests {
         // Beyond the field of view.
         let behind = Scan { angle_min: 0.5, ranges: vec![9.0; 720], ..wall(9.0) };
         assert_eq!(of(behind, 2.5), Earlier::Unknown);
-    }
-
-    #[test]
-    fn beam_ends_within_the_polygon_of_the_body_and_not_within_its_discs() {
-        let body = Footprint::covering(Polygon::rectangle(0.8, 0.4).expect("a body"));
-        let within = |degree: f64, range_m: f64| {
-            let scan = scan(|at| if at == degree { range_m } else { f64::INFINITY });
-            let ends_within = ends_within(&body, &scan);
-            (0..1440).filter(|&beam| ends_within(beam)).count()
-        };
-        assert_eq!([within(90.0, 0.01), within(90.0, 0.21), within(-90.0, 0.23)], [1, 1, 0]);
-        assert_eq!([within(0.0, 0.41), within(0.0, 0.43), within(0.0, f64::NAN)], [1, 0, 0]);
-        assert_eq!(within(90.0, 0.0), 0, "no measurement");
     }
 
     #[test]

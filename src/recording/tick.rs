@@ -33,7 +33,7 @@ pub struct RecordedTick {
 }
 
 /// The reasons in the order of their numbers in the message, from one.
-const LOST_REASONS: [LostReason; 10] = [
+const LOST_REASONS: [LostReason; 11] = [
     LostReason::NoReturns,
     LostReason::BeamsThroughWalls,
     LostReason::PoorMatch,
@@ -44,6 +44,7 @@ const LOST_REASONS: [LostReason; 10] = [
     LostReason::LostAgain,
     LostReason::BetterElsewhere,
     LostReason::NoPose,
+    LostReason::OdometryScale,
 ];
 
 #[expect(

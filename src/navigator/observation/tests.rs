@@ -1,10 +1,11 @@
 //! Each limit of an observation, just below it and just above it.
 
 use super::ObservationFault::{
-    ClockJump, MotionReversed, NoOdometry, NoPose, NoScan, PoseFrozen, PoseJump,
+    ClockJump, LidarFouled, MotionReversed, NoOdometry, NoPose, NoScan, PoseFrozen, PoseJump,
 };
 use super::*;
 use crate::map::{GridFrame, ObstacleGrid};
+use crate::robot::Footprint;
 
 /// Validates observations of a robot in free space at 10 Hz.
 struct Check {
@@ -51,8 +52,12 @@ impl Check {
     }
 
     fn validate(&mut self, seen: &Observation, commanded: Twist) -> Result<bool, ObservationFault> {
-        let (limits, settings) = (Limits::default(), NavigatorSettings::default());
-        self.validator.validate(seen, &commanded, &limits, &settings, &self.known)
+        let settings = NavigatorSettings::default();
+        let robot = RobotModel {
+            limits: Limits::default(),
+            footprint: Footprint::round(0.3).expect("a radius"),
+        };
+        self.validator.validate(seen, &commanded, &robot, &settings, &self.known)
     }
 
     /// The fault of an observation 0.1 s after a sound one.
@@ -163,6 +168,19 @@ fn scan_without_a_measurement_lost_pose_and_frozen_scan_are_faults() {
     });
     let expected = [None, None, None].into_iter().chain([Some(ObservationFault::FrozenScan); 3]);
     assert!(faults.eq(expected));
+}
+
+/// Dirt on the lidar, or the robot's own mast: a second of scans.
+#[test]
+fn surface_within_the_outline_is_a_fault_after_ten_scans() {
+    let mut check = Check::new();
+    let fouled = |seen: &mut Observation| {
+        seen.scan =
+            Scan::from_measurements(360, 9.0, (0..7).map(|beam| (f64::from(beam) / 57.3, 0.12)));
+    };
+    let faults: Vec<_> = (0..11).map(|_| check.after(0.1, Twist::STOP, fouled)).collect();
+    assert_eq!((faults[8], faults[9]), (None, Some(LidarFouled)));
+    assert_eq!(check.after(0.1, Twist::STOP, |_| {}), None);
 }
 
 /// A room of 10 m with walls, and a lidar without a return.

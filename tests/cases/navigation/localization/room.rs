@@ -237,6 +237,24 @@ fn robot_off_by_centimetres_is_found_where_the_map_has_two_such_places() {
     assert!(errors(&estimate, &beside).0 < 0.02, "{estimate:?}");
 }
 
+/// The encoders have another resolution than the settings say: the robot would drive at twice its limits.
+#[test]
+fn robot_that_moves_farther_than_its_tracks_say_is_lost_with_the_cause() {
+    let drive = |share: f64| {
+        let start = Pose::new(4.0, 7.5, 0.0);
+        let mut stage = Stage::new(ground(Pose::default(), &ROADWAY), &start);
+        for tick in 0..=60 {
+            let (time_s, distance_m) = (0.1 * f64::from(tick), 0.05 * f64::from(tick));
+            stage.localizer.predict(time_s, &Pose::new(share * distance_m, 0.0, 0.0));
+            stage.update(&lidar(), &Pose::new(4.0 + distance_m, 7.5, 0.0), time_s);
+        }
+        stage.localizer.estimate().status.lost_reason()
+    };
+    assert_eq!(drive(0.5), Some(LostReason::OdometryScale));
+    assert_eq!(drive(0.9), None);
+    assert_eq!(drive(1.4), None, "slip");
+}
+
 #[test]
 fn localizer_rejects_bad_settings_and_start() {
     let ground = ground(Pose::default(), &ROOM);
