@@ -104,7 +104,7 @@ pub struct Localizer {
     found: Option<FoundPlace>,
     /// Whether most beams agreed at a pose that no search has found since.
     is_proven: bool,
-    /// Whether the robot is not searched again: it was lost too often at the same place, or its odometry is wrong.
+    /// Whether the robot is not searched again: it was lost too often at the same place, or odometry or lidar are set up wrong.
     has_given_up: bool,
     /// Whether a search precedes the scan matcher.
     has_sparse_scans: bool,
@@ -300,9 +300,9 @@ impl Localizer {
         if self.motion_check.is_stuck(self.scan.time_s, &odometry, &pose) {
             return self.lose_without_motion();
         }
-        if self.moves_farther_than_odometry() {
+        if let Some(reason) = self.wrong_setup(&odometry, &pose) {
             self.has_given_up = true;
-            return self.lose(LostReason::OdometryScale);
+            return self.lose(reason);
         }
         let agreement = self.estimate.agreement.matching_fraction();
         self.anchor = Some(Anchor { odometry, matched: pose, agreement });
@@ -436,10 +436,10 @@ impl Localizer {
             Some(found) if has_moved(&found.odometry, &odometry, MOVED_M, MOVED_RAD) => {
                 found.losses += 1;
                 if found.losses >= MAX_FOUND {
-                    self.has_given_up = true;
-                    if !matches!(reason, LostReason::NotMoving | LostReason::OdometryScale) {
+                    if !self.has_given_up && reason != LostReason::NotMoving {
                         reason = LostReason::LostAgain;
                     }
+                    self.has_given_up = true;
                 }
             }
             _ => {}

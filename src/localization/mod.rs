@@ -23,6 +23,7 @@ mod localizer;
 mod map_changes;
 mod map_scores;
 mod motion_check;
+mod mount_check;
 mod narrow_objects;
 mod pose_estimate;
 mod pose_filters;

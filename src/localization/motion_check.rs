@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 
+use super::mount_check::MountCheck;
 use crate::geometry::{Pose, wrap_angle};
 
 /// Matched poses are compared with odometry over this time, seconds.
@@ -27,6 +28,8 @@ struct Row {
 #[derive(Clone, Debug, Default)]
 pub(super) struct MotionCheck {
     rows: VecDeque<Row>,
+    /// The direction of the motion.
+    pub mount: MountCheck,
 }
 
 impl MotionCheck {
@@ -64,5 +67,6 @@ impl MotionCheck {
     /// Forgets all poses: the robot was found at another place.
     pub fn clear(&mut self) {
         self.rows.clear();
+        self.mount.begin_again();
     }
 }

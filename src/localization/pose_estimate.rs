@@ -48,6 +48,11 @@ pub enum LostReason {
          correct the scale of the odometry"
     )]
     OdometryScale,
+    /// The robot moves in another direction than its scans show.
+    #[error(
+        "it moves in another direction than its scans show: correct the yaw of the lidar's mounting on the robot"
+    )]
+    LidarTurned,
 }
 
 /// Reliability of the pose.

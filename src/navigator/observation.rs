@@ -167,6 +167,7 @@ impl Serialize for ObservationFault {
             Self::Lost(LostReason::BetterElsewhere) => "lost_better_elsewhere",
             Self::Lost(LostReason::NoPose) => "lost_no_pose",
             Self::Lost(LostReason::OdometryScale) => "lost_odometry_scale",
+            Self::Lost(LostReason::LidarTurned) => "lost_lidar_turned",
             Self::PoseJump => "pose_jump",
             Self::PoseFrozen => "pose_frozen",
             Self::MotionReversed => "motion_reversed",

@@ -33,7 +33,7 @@ pub struct RecordedTick {
 }
 
 /// The reasons in the order of their numbers in the message, from one.
-const LOST_REASONS: [LostReason; 11] = [
+const LOST_REASONS: [LostReason; 12] = [
     LostReason::NoReturns,
     LostReason::BeamsThroughWalls,
     LostReason::PoorMatch,
@@ -45,6 +45,7 @@ const LOST_REASONS: [LostReason; 11] = [
     LostReason::BetterElsewhere,
     LostReason::NoPose,
     LostReason::OdometryScale,
+    LostReason::LidarTurned,
 ];
 
 #[expect(

@@ -49,8 +49,14 @@ impl Localizer {
         self.lose(LostReason::NotMoving);
     }
 
-    /// Whether the learned scale of distances shows a wrong setting of the odometry. A log is no drive.
-    pub(super) fn moves_farther_than_odometry(&self) -> bool {
-        !self.has_sparse_scans && self.ekf.odometry_scale().0 > MAX_DISTANCE_SCALE
+    /// What the motion shows to be wrong in the settings of odometry or lidar, with a new matched pose. A log is no drive.
+    pub(super) fn wrong_setup(&mut self, odometry: &Pose, matched: &Pose) -> Option<LostReason> {
+        if self.has_sparse_scans {
+            return None;
+        }
+        if self.motion_check.mount.is_turned(odometry, matched) {
+            return Some(LostReason::LidarTurned);
+        }
+        (self.ekf.odometry_scale().0 > MAX_DISTANCE_SCALE).then_some(LostReason::OdometryScale)
     }
 }
