@@ -97,8 +97,8 @@ class Map:
 
         The masks are those of Nav2's costmap filters: occupied cells of ``keepout`` are closed,
         and a value of 30 in ``speed`` limits the speed to 70 percent of the largest. They may
-        have another size and resolution than the map. A lidar sees through zones. A map with
-        zones gets no others: both masks are for one call.
+        have another size and resolution than the map. A lidar sees through zones. Zones that the
+        map has already are kept: of two limits the lower counts.
         """
     @property
     def cells(self) -> NDArray[np.int8]:
