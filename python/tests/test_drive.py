@@ -394,3 +394,10 @@ def test_controller_that_uses_its_own_navigator_gets_an_error() -> None:
     navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)], controller=controller)
     with pytest.raises(inbye.InbyeError, match="cannot use the object that calls it"):
         navigator.step(0.0, (2.0, 3.0, 0.0), (0.0, 0.0), scan(2.0, 3.0), **ANGLES)
+
+
+def test_class_is_no_controller() -> None:
+    with pytest.raises(
+        inbye.InbyeError, match=r"Recorded is a class: .* object of it, Recorded\(\)"
+    ):
+        inbye.World(walls(), (2.0, 3.0, 0.0), (10.0, 3.0)).drive(controller=Recorded)
