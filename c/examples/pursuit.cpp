@@ -7,26 +7,33 @@
 
 #include "inbye.h"
 
-INBYE_CONTROLLER_ABI
+namespace {
 
-extern "C" void *inbye_controller_create(const InbyeRobot *robot) { return new InbyeRobot(*robot); }
+class Pursuit {
+public:
+    explicit Pursuit(const InbyeRobot &robot) : robot(robot) {}
 
-extern "C" void inbye_controller_destroy(void *controller) { delete static_cast<InbyeRobot *>(controller); }
-
-extern "C" bool inbye_controller_compute_velocity(void *controller, const InbyeControllerInput *input, double *linear,
-                                                  double *angular) {
-    const auto &robot = *static_cast<InbyeRobot *>(controller);
-    double to_x = input->local_target[0] - input->pose[0], to_y = input->local_target[1] - input->pose[1];
-    double error = std::remainder(std::atan2(to_y, to_x) - input->pose[2], 2.0 * std::acos(-1.0));
-    double ahead = input->range_max;
-    for (size_t beam = 0; beam < input->range_count; ++beam) {
-        double direction = input->angle_min + beam * input->angle_increment, range = input->ranges[beam];
-        double x = input->lidar[0] + range * std::cos(direction), y = input->lidar[1] + range * std::sin(direction);
-        double distance = std::hypot(x, y);
-        if (std::fabs(std::atan2(y, x)) < 0.5 && distance < ahead) ahead = distance;  // NaN is not less
+    // An exception of it brakes the robot; its text is the reason that inbye reports.
+    bool compute_velocity(const InbyeControllerInput &input, double &linear, double &angular) const {
+        double to_x = input.local_target[0] - input.pose[0], to_y = input.local_target[1] - input.pose[1];
+        double error = std::remainder(std::atan2(to_y, to_x) - input.pose[2], 2.0 * std::acos(-1.0));
+        double ahead = input.range_max;
+        for (size_t beam = 0; beam < input.range_count; ++beam) {
+            double direction = input.angle_min + beam * input.angle_increment, range = input.ranges[beam];
+            double x = input.lidar[0] + range * std::cos(direction), y = input.lidar[1] + range * std::sin(direction);
+            double distance = std::hypot(x, y);
+            if (std::fabs(std::atan2(y, x)) < 0.5 && distance < ahead) ahead = distance;  // NaN is not less
+        }
+        double fastest = std::min(robot.limits.max_vel_x, std::max(0.0, 0.6 * (ahead - robot.radius_m - 0.1)));
+        linear = std::fabs(error) > 0.5 ? 0.0 : fastest;
+        angular = std::clamp(1.5 * error, -robot.limits.max_vel_theta, robot.limits.max_vel_theta);
+        return true;
     }
-    double fastest = std::min(robot.limits.max_vel_x, std::max(0.0, 0.6 * (ahead - robot.radius_m - 0.1)));
-    *linear = std::fabs(error) > 0.5 ? 0.0 : fastest;
-    *angular = std::clamp(1.5 * error, -robot.limits.max_vel_theta, robot.limits.max_vel_theta);
-    return true;
-}
+
+private:
+    InbyeRobot robot;
+};
+
+}  // namespace
+
+INBYE_CONTROLLER(Pursuit)

@@ -141,7 +141,8 @@ typedef struct InbyeDecision {
   uint32_t cannot_stop;
   uint32_t outside;
   /*
-   SHA-256 of the exact bits of all samples, 64 hexadecimal digits and a zero, as `inbye evaluate` prints it.
+   SHA-256 of the exact bits of all samples, 64 hexadecimal digits and a zero, as `inbye evaluate` prints it. Only
+   inbye_decide_with_digest computes it; from inbye_decide it is empty.
    */
   char digest[65];
 } InbyeDecision;
@@ -318,7 +319,8 @@ struct InbyeEngine *inbye_engine_open(const char *name,
 void inbye_engine_free(struct InbyeEngine *engine);
 
 /*
- Takes one decision. Limits, footprint and samples are those of the configuration.
+ Takes one decision. Limits, footprint and samples are those of the configuration. Where zones of the map limit the speed, the
+ limits are lower, as a navigator has them there; a robot that is faster brakes.
 
  Precondition: `engine`, `map` and `config` are alive; `problem` can be read, and so can its obstacles; `decision` can be written.
  */
@@ -327,6 +329,17 @@ bool inbye_decide(struct InbyeEngine *engine,
                   const struct InbyeConfig *config,
                   const struct InbyeProblem *problem,
                   struct InbyeDecision *decision);
+
+/*
+ As inbye_decide, with the digest of all samples, which takes longer.
+
+ Precondition: As for inbye_decide.
+ */
+bool inbye_decide_with_digest(struct InbyeEngine *engine,
+                              const struct InbyeMap *map,
+                              const struct InbyeConfig *config,
+                              const struct InbyeProblem *problem,
+                              struct InbyeDecision *decision);
 
 /*
  Returns the message of the last failure in this thread, UTF-8; empty if there was none. It stays valid until the next
@@ -359,7 +372,8 @@ struct InbyeMap *inbye_map_load(const char *path,
 /*
  Makes a copy of a map with zones in which the robot must not drive, or only slowly. The masks are those of Nav2's costmap filters:
  occupied cells of `keepout` are closed, and a value of 30 in `speed` limits the speed to 70 percent of the largest. They may have
- another size and resolution than the map; null for none. A lidar sees through zones. Returns null on failure.
+ another size and resolution than the map; null for none. Zones that the map has already are kept: of two limits the lower counts. A
+ lidar sees through zones. Returns null on failure.
 
  Precondition: `map` is alive; `keepout` and `speed` are null or maps that are alive.
  */
@@ -405,8 +419,9 @@ bool inbye_plan(const struct InbyeMap *map,
                 size_t *count);
 
 /*
- Makes a navigator that drives to all goals in turn, and plans a path to each. Its engine is one thread of the CPU. Returns
- null on failure.
+ Makes a navigator that drives to all goals in turn, and plans a path to each. Its engine is one thread of the CPU. It has no
+ protective layer below it: a program that drives a real base must have its own, which stops the robot before what the lidar sees
+ and when commands stay away. Returns null on failure.
 
  Precondition: `map` and `config` are alive, `goals` points to this many goals.
  */
@@ -443,7 +458,17 @@ const char *inbye_navigator_fault(const struct InbyeNavigator *navigator);
 /* A controller in a shared library has the following functions. `inbye-controller-host LIBRARY` calls them, as in
  *   inbye drive --scene mine --controller "inbye-controller-host ./libmy_controller.so"
  *
- * The library runs in a process of its own. What it prints to the standard output goes to the standard error output. */
+ * The library runs in a process of its own. What it prints to the standard output goes to the standard error output. In C++,
+ * INBYE_CONTROLLER defines all of them for a class. */
+
+/* Makes a function visible outside a library, also where it is compiled with -fvisibility=hidden. */
+#if defined(_WIN32)
+#define INBYE_EXPORT __declspec(dllexport)
+#elif defined(__GNUC__)
+#define INBYE_EXPORT __attribute__((visibility("default")))
+#else
+#define INBYE_EXPORT
+#endif
 
 /* Write INBYE_CONTROLLER_ABI once in a library, outside all functions: the host refuses a library of another version. */
 #ifdef __cplusplus
@@ -455,21 +480,72 @@ const char *inbye_navigator_fault(const struct InbyeNavigator *navigator);
 #endif
 
 /* INBYE_CONTROLLER_ABI defines it. */
-uint32_t inbye_controller_abi_version(void);
+INBYE_EXPORT uint32_t inbye_controller_abi_version(void);
 
-/* Makes a controller for a robot. Null is a failure. */
-void *inbye_controller_create(const struct InbyeRobot *robot);
+/* Makes a controller for a robot. Null is a failure. No C++ exception may leave this or another function. */
+INBYE_EXPORT void *inbye_controller_create(const struct InbyeRobot *robot);
 
 /* Writes speed (m/s) and turn rate (rad/s) of this tick. Returns false where there is no valid velocity: the robot brakes. A value
  * that is not finite ends the mission. */
-bool inbye_controller_compute_velocity(void *controller, const struct InbyeControllerInput *input, double *linear,
-                                       double *angular);
+INBYE_EXPORT bool inbye_controller_compute_velocity(void *controller, const struct InbyeControllerInput *input,
+                                                    double *linear, double *angular);
+
+/* Optional: returns why the last call of inbye_controller_create returned null, or that of inbye_controller_compute_velocity false;
+ * null for no reason. The text is UTF-8, and stays valid until the next call of a function. */
+INBYE_EXPORT const char *inbye_controller_error(void);
 
 /* Frees a controller. */
-void inbye_controller_destroy(void *controller);
+INBYE_EXPORT void inbye_controller_destroy(void *controller);
 
 #ifdef __cplusplus
 }  // extern "C"
 #endif  // __cplusplus
+
+#ifdef __cplusplus
+#include <exception>
+#include <string>
+
+namespace inbye_controller {
+
+inline std::string &reason() {
+    static std::string text;
+    return text;
+}
+
+template <typename Result, typename Call>
+Result guarded(Result failed, Call call) noexcept {
+    reason().clear();
+    try {
+        return call();
+    } catch (const std::exception &error) {
+        reason() = error.what();
+    } catch (...) {
+        reason() = "an exception that is no std::exception";
+    }
+    return failed;
+}
+
+}  // namespace inbye_controller
+
+/* Defines all functions of a controller, once in a library and outside all namespaces, for a class with a constructor and a method:
+ *   Class(const InbyeRobot &robot);
+ *   bool compute_velocity(const InbyeControllerInput &input, double &linear, double &angular);
+ * An exception of the constructor is a failure. One of the method counts as false. The text of what() is the reason. */
+#define INBYE_CONTROLLER(Class) \
+    INBYE_CONTROLLER_ABI \
+    extern "C" void *inbye_controller_create(const InbyeRobot *robot) { \
+        return inbye_controller::guarded<void *>(nullptr, [=]() -> void * { return new Class(*robot); }); \
+    } \
+    extern "C" bool inbye_controller_compute_velocity(void *controller, const InbyeControllerInput *input, double *linear, \
+                                                      double *angular) { \
+        return inbye_controller::guarded(false, [=]() -> bool { \
+            return static_cast<Class *>(controller)->compute_velocity(*input, *linear, *angular); \
+        }); \
+    } \
+    extern "C" const char *inbye_controller_error() { \
+        return inbye_controller::reason().empty() ? nullptr : inbye_controller::reason().c_str(); \
+    } \
+    extern "C" void inbye_controller_destroy(void *controller) { delete static_cast<Class *>(controller); }
+#endif
 
 #endif  /* INBYE_H */

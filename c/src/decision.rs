@@ -8,8 +8,9 @@ use std::time::Instant;
 
 use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested};
 use inbye::local::{DecisionInput, Detail, Engine, Explainer, QuantizedProblem};
+use inbye::navigator::limits_in_zones;
 
-use crate::error::{array, boxed, free, guarded, object, object_mut, text};
+use crate::error::{array, boxed, free, guarded, object, object_mut, place, text};
 use crate::map::{InbyeConfig, InbyeMap};
 use crate::values::{InbyeMovingDisc, InbyePoint, InbyePose, InbyeTwist};
 
@@ -46,7 +47,8 @@ pub struct InbyeDecision {
     pub collision: u32,
     pub cannot_stop: u32,
     pub outside: u32,
-    /// SHA-256 of the exact bits of all samples, 64 hexadecimal digits and a zero, as `inbye evaluate` prints it.
+    /// SHA-256 of the exact bits of all samples, 64 hexadecimal digits and a zero, as `inbye evaluate` prints it. Only
+    /// inbye_decide_with_digest computes it; from inbye_decide it is empty.
     pub digest: [c_char; 65],
 }
 
@@ -82,7 +84,8 @@ pub unsafe extern "C" fn inbye_engine_free(engine: *mut InbyeEngine) {
     unsafe { free(engine) };
 }
 
-/// Takes one decision. Limits, footprint and samples are those of the configuration.
+/// Takes one decision. Limits, footprint and samples are those of the configuration. Where zones of the map limit the speed, the
+/// limits are lower, as a navigator has them there; a robot that is faster brakes.
 ///
 /// # Safety
 /// `engine`, `map` and `config` are alive; `problem` can be read, and so can its obstacles; `decision` can be written.
@@ -94,43 +97,80 @@ pub unsafe extern "C" fn inbye_decide(
     problem: *const InbyeProblem,
     decision: *mut InbyeDecision,
 ) -> bool {
+    // SAFETY: the caller vouches for all of them.
+    unsafe { decide(engine, map, config, problem, decision, Detail::Answer) }
+}
+
+/// As inbye_decide, with the digest of all samples, which takes longer.
+///
+/// # Safety
+/// As for inbye_decide.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_decide_with_digest(
+    engine: *mut InbyeEngine,
+    map: *const InbyeMap,
+    config: *const InbyeConfig,
+    problem: *const InbyeProblem,
+    decision: *mut InbyeDecision,
+) -> bool {
+    // SAFETY: the caller vouches for all of them.
+    unsafe { decide(engine, map, config, problem, decision, Detail::Samples) }
+}
+
+/// Takes one decision, with the digest where the engine gives the samples.
+///
+/// # Safety
+/// As for [`inbye_decide`].
+unsafe fn decide(
+    engine: *mut InbyeEngine,
+    map: *const InbyeMap,
+    config: *const InbyeConfig,
+    problem: *const InbyeProblem,
+    decision: *mut InbyeDecision,
+    detail: Detail,
+) -> bool {
     let decided = guarded(AssertUnwindSafe(|| {
         // SAFETY: the caller vouches for all of them.
         let (engine, map) = unsafe { (object_mut(engine, "engine")?, object(map, "map")?) };
         // SAFETY: likewise.
         let (config, problem) = unsafe { (object(config, "config")?, object(problem, "problem")?) };
         // SAFETY: likewise.
-        let answer = unsafe { object_mut(decision, "decision") }?;
+        let answer = unsafe { place(decision, "decision") }?;
         // SAFETY: likewise.
         let discs = unsafe { array(problem.obstacles, problem.obstacle_count, "obstacles") }?;
         let discs: Vec<_> = discs.iter().map(Into::into).collect();
         let config = &config.0;
+        let (pose, twist) = (problem.pose.checked("pose")?, problem.velocity.checked("velocity")?);
+        let (limits, period_s) = (config.robot.limits, config.local.control_period_s);
+        let in_zones = |zones| limits_in_zones(&limits, zones, &pose, &twist, period_s);
         let input = DecisionInput {
             field: &map.field,
-            pose: problem.pose.checked("pose")?,
-            twist: problem.velocity.checked("velocity")?,
+            pose,
+            twist,
             last_command: problem.last_command.checked("last_command")?,
             obstacles: &discs,
             target: problem.target.checked("target")?,
             key_node: problem.key_node.checked("key_node")?,
-            limits: config.robot.limits,
+            limits: map.zones.as_deref().map_or(limits, in_zones),
             footprint: &config.robot.footprint,
             weights: config.local.weights,
         };
         let problem = input.problem(&config.local);
         let quantized = QuantizedProblem::new(&problem).map_err(|error| error.to_string())?;
-        let evaluation = engine.0.evaluate(&quantized, Detail::Samples);
+        let evaluation = engine.0.evaluate(&quantized, detail);
         let evaluation = evaluation.map_err(|error| error.to_string())?;
         let winner = Explainer::new(&problem, &quantized, &evaluation).winner(&evaluation);
-        let mut digest = EvaluationDigest::default();
-        digest.add(&evaluation);
         let mut letters = [0; 65];
-        for (to, from) in letters.iter_mut().zip(digest.hex().bytes()) {
-            *to = from.cast_signed() as c_char;
+        if detail == Detail::Samples {
+            let mut digest = EvaluationDigest::default();
+            digest.add(&evaluation);
+            for (to, from) in letters.iter_mut().zip(digest.hex().bytes()) {
+                *to = from.cast_signed() as c_char;
+            }
         }
         let (linear, angular, index) =
             winner.map_or((0.0, 0.0, 0), |winner| (winner.vx, winner.vtheta, winner.index));
-        *answer = InbyeDecision {
+        answer.write(InbyeDecision {
             has_command: winner.is_some(),
             command: InbyeTwist { linear, angular },
             index,
@@ -139,7 +179,7 @@ pub unsafe extern "C" fn inbye_decide(
             cannot_stop: evaluation.counts.cannot_stop,
             outside: evaluation.counts.outside,
             digest: letters,
-        };
+        });
         Ok(())
     }));
     decided.is_some()

@@ -3,6 +3,7 @@
 use core::cell::RefCell;
 use core::ffi::{CStr, c_char};
 use core::fmt::Display;
+use core::mem::MaybeUninit;
 use std::ffi::CString;
 use std::panic::{UnwindSafe, catch_unwind};
 
@@ -89,6 +90,15 @@ pub unsafe fn object<'a, T>(pointer: *const T, name: &str) -> Result<&'a T, Stri
 pub unsafe fn object_mut<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mut T, String> {
     // SAFETY: the caller vouches for the object.
     unsafe { pointer.as_mut() }.ok_or_else(|| format!("{name} is null"))
+}
+
+/// The place behind a pointer for a value. A C program may not have initialised it.
+///
+/// # Safety
+/// The pointer is null or can be written, and nothing else uses the place meanwhile.
+pub unsafe fn place<'a, T>(pointer: *mut T, name: &str) -> Result<&'a mut MaybeUninit<T>, String> {
+    // SAFETY: the caller vouches for the place; it needs no value.
+    unsafe { object_mut(pointer.cast(), name) }
 }
 
 /// Frees an object; does nothing with null.

@@ -16,7 +16,7 @@ use crate::values::{InbyePoint, InbyePose};
 /// An occupancy grid with its zones, and the distances to its obstacles and closed zones. Unknown cells are obstacles.
 pub struct InbyeMap {
     pub(crate) grid: OccupancyGrid,
-    zones: Option<Arc<Zones>>,
+    pub(crate) zones: Option<Arc<Zones>>,
     pub(crate) field: Arc<ClearanceField>,
 }
 
@@ -81,7 +81,8 @@ pub unsafe extern "C" fn inbye_map_load(path: *const c_char, resolution_m: f64) 
 
 /// Makes a copy of a map with zones in which the robot must not drive, or only slowly. The masks are those of Nav2's costmap filters:
 /// occupied cells of `keepout` are closed, and a value of 30 in `speed` limits the speed to 70 percent of the largest. They may have
-/// another size and resolution than the map; null for none. A lidar sees through zones. Returns null on failure.
+/// another size and resolution than the map; null for none. Zones that the map has already are kept: of two limits the lower counts. A
+/// lidar sees through zones. Returns null on failure.
 ///
 /// # Safety
 /// `map` is alive; `keepout` and `speed` are null or maps that are alive.
@@ -97,7 +98,7 @@ pub unsafe extern "C" fn inbye_map_with_zones(
         // SAFETY: the caller vouches for the masks.
         let (keepout, speed) = unsafe { (keepout.as_ref(), speed.as_ref()) };
         let (keepout, speed) = (keepout.map(|mask| &mask.grid), speed.map(|mask| &mask.grid));
-        let zones = Zones::from_masks(map.grid.frame(), keepout, speed);
+        let zones = Zones::from_masks(map.grid.frame(), map.zones.as_deref(), keepout, speed);
         let zones = zones.map_err(|error| error.to_string())?;
         InbyeMap::of(map.grid.clone(), zones.map(Arc::new))
     }))

@@ -8,7 +8,7 @@ use inbye::local::CpuEngine;
 use inbye::map::{Scan, ScanChange};
 use inbye::navigator::{Goal, Navigator, Observation, Waypoints};
 
-use crate::error::{array, boxed, free, guarded, object, object_mut};
+use crate::error::{array, boxed, free, guarded, object, object_mut, place};
 use crate::map::{InbyeConfig, InbyeMap};
 use crate::values::{InbyePoint, InbyePose, InbyeTwist};
 
@@ -72,8 +72,9 @@ pub struct InbyeCommand {
     pub local_target: InbyePoint,
 }
 
-/// Makes a navigator that drives to all goals in turn, and plans a path to each. Its engine is one thread of the CPU. Returns
-/// null on failure.
+/// Makes a navigator that drives to all goals in turn, and plans a path to each. Its engine is one thread of the CPU. It has no
+/// protective layer below it: a program that drives a real base must have its own, which stops the robot before what the lidar sees
+/// and when commands stay away. Returns null on failure.
 ///
 /// # Safety
 /// `map` and `config` are alive, `goals` points to this many goals.
@@ -139,7 +140,7 @@ pub unsafe extern "C" fn inbye_navigator_step(
         // SAFETY: likewise.
         let seen = unsafe { object(observation, "observation") }?;
         // SAFETY: likewise.
-        let answer = unsafe { object_mut(command, "command") }?;
+        let answer = unsafe { place(command, "command") }?;
         // SAFETY: likewise.
         let ranges = unsafe { array(seen.ranges, seen.range_count, "ranges") }?.to_vec();
         let InbyePose { x, y, yaw } = seen.pose;
@@ -166,7 +167,7 @@ pub unsafe extern "C" fn inbye_navigator_step(
         let faulty = || this.navigator.observation_fault().map(|fault| fault.to_string());
         let fault = fault.or_else(faulty).unwrap_or_default();
         this.fault = CString::new(fault).unwrap_or_default();
-        *answer = InbyeCommand {
+        answer.write(InbyeCommand {
             velocity: (&decision.command).into(),
             mode: match decision.mode {
                 inbye::navigator::Mode::Arrived => InbyeMode::Arrived,
@@ -175,7 +176,7 @@ pub unsafe extern "C" fn inbye_navigator_step(
                 _ => InbyeMode::Driving,
             },
             local_target: (&decision.local_target).into(),
-        };
+        });
         Ok(())
     }));
     decided.is_some()

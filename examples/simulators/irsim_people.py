@@ -34,15 +34,27 @@ NEIGHBOR_DISTANCE_M, NEIGHBORS, HORIZON_S, WALL_HORIZON_S = 6.0, 10, 3.0, 1.0
 ARRIVED_M, PATIENCE_S = 0.3, 8.0  # a person takes another goal when it is there, or after this time without 0.5 m of progress
 
 
+def in_map(points, origin):
+    """Points of the grid, m from its corner, in the map frame."""
+    x, y, yaw = origin
+    return np.asarray(points) @ [[np.cos(yaw), np.sin(yaw)], [-np.sin(yaw), np.cos(yaw)]] + [x, y]
+
+
+def corners_of(boxes):
+    """The corners of each box, counter-clockwise."""
+    x, y, dx, dy = boxes.T
+    return np.stack([[x - dx, y - dy], [x + dx, y - dy], [x + dx, y + dy], [x - dx, y + dy]]).transpose(2, 0, 1)
+
+
 class FreeSpace:
     """Walls in blocks of 0.2 m as people take them, and the blocks that are far enough from them."""
 
     def __init__(self, grid):
         ratio = max(round(BLOCK_M / grid["resolution_m"]), 1)
-        self.size, self.origin = ratio * grid["resolution_m"], np.array(grid["origin"][:2])
+        self.size, self.origin = ratio * grid["resolution_m"], grid["origin"]
         self.occupied = coarser(occupied_cells(grid), ratio)
         self.free = distance_transform_edt(~self.occupied)[1:-1, 1:-1] * self.size > PERSON_RADIUS_M + self.size
-        self.points = self.origin + (np.argwhere(self.free)[:, ::-1] + 0.5) * self.size
+        self.points = in_map((np.argwhere(self.free)[:, ::-1] + 0.5) * self.size, self.origin)
 
     def point(self, random):
         return self.points[random.integers(len(self.points))]
@@ -50,7 +62,9 @@ class FreeSpace:
     def has_line(self, start, end):
         parts = np.linspace(0, 1, 2 + int(np.linalg.norm(end - start) / self.size))[:, None]
         # A person that was pushed to a wall stands on a block that is not free: the first 0.6 m do not count.
-        columns, rows = np.floor((start + parts[3:] * (end - start) - self.origin) / self.size).astype(int).T
+        x, y, yaw = self.origin
+        from_corner = in_map(start + parts[3:] * (end - start) - [x, y], [0.0, 0.0, -yaw])
+        columns, rows = np.floor(from_corner / self.size).astype(int).T
         return self.free[rows, columns].all()
 
 
@@ -59,7 +73,7 @@ class People:
 
     def __init__(self, first, count, random):
         self.random, self.space = random, FreeSpace(first["obstacles"])
-        start, robot, origin = np.array(first["start"][:2]), first["robot"], first["obstacles"]["origin"]
+        start, robot = np.array(first["start"][:2]), first["robot"]
         self.positions, self.speeds = np.empty((0, 2)), random.uniform(*SPEEDS_M_S, count)
         for _ in range(1000):
             place = self.space.point(random)
@@ -74,8 +88,8 @@ class People:
         for position in [start, *self.positions]:
             self.orca.add_agent(position.tolist())
         self.orca.set_agent_radius(0, robot["radius_m"])
-        for x, y, dx, dy in wall_boxes(self.space.occupied, self.space.size, origin):
-            self.orca.add_obstacle([[x - dx, y - dy], [x + dx, y - dy], [x + dx, y + dy], [x - dx, y + dy]])
+        for corners in corners_of(wall_boxes(self.space.occupied, self.space.size, [0.0, 0.0, 0.0])):
+            self.orca.add_obstacle(in_map(corners, self.space.origin).tolist())
         self.orca.process_obstacles()
 
     def goal(self, place):
@@ -117,9 +131,10 @@ def robot_yaml(first):
 
 def add_walls(env, grid):
     """Adds the outline of the occupied cells. ir-sim's own, of each cell, has five times the points."""
-    x, y, dx, dy = wall_boxes(occupied_cells(grid), grid["resolution_m"], grid["origin"]).T
-    lines = shapely.get_parts(shapely.union_all(shapely.box(x - dx, y - dy, x + dx, y + dy)).boundary).tolist()
-    corners, line = shapely.get_coordinates(lines, return_index=True)
+    boxes = shapely.polygons(corners_of(wall_boxes(occupied_cells(grid), grid["resolution_m"], [0.0, 0.0, 0.0])))
+    # Boxes that are turned would not meet exactly: their outline is turned.
+    corners, line = shapely.get_coordinates(shapely.get_parts(shapely.union_all(boxes).boundary).tolist(), return_index=True)
+    corners = in_map(corners, grid["origin"])
     ends = np.stack([corners[:-1], corners[1:]], axis=1)[line[:-1] == line[1:]]
     walls, = env.object_factory.create_from_map(corners[:1].T, np.array([[0.1], [0.1]]))
     walls.linestrings = list(shapely.linestrings(ends))
@@ -134,9 +149,10 @@ def make(first):
     step_s = first["period_s"] / np.ceil(first["period_s"] / STEP_S - 1e-9)
     persons = [{"kinematics": {"name": "omni"}, "shape": {"name": "circle", "radius": PERSON_RADIUS_M},
                 "state": [*place.tolist(), 0], "vel_min": [-2, -2], "vel_max": [2, 2]} for place in people.positions]
-    size, (x, y, _) = grid["resolution_m"], grid["origin"]
-    world = {"width": grid["width"] * size, "height": grid["height"] * size, "offset": [x, y], "step_time": step_s,
-             "collision_mode": "unobstructed"}
+    width, height = grid["width"] * grid["resolution_m"], grid["height"] * grid["resolution_m"]
+    ends = in_map([[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]], grid["origin"])
+    (width, height), offset = np.ptp(ends, axis=0).tolist(), ends.min(axis=0).tolist()
+    world = {"width": width, "height": height, "offset": offset, "step_time": step_s, "collision_mode": "unobstructed"}
     with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
         json.dump({"world": world, "robot": [robot_yaml(first)], "obstacle": persons}, file)
         file.flush()

@@ -9,6 +9,7 @@ use inbye::runtime::Config;
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
+use pyo3::types::PyType;
 
 use super::conversion::{points, pose_tuple, raise, table, twist_tuple};
 
@@ -128,6 +129,12 @@ impl PythonController {
 
     /// The callable that computes the velocities of a controller.
     pub fn compute_method<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+        if let Ok(class) = object.cast::<PyType>() {
+            let name = class.name()?;
+            return Err(raise(format!(
+                "controller: {name} is a class: give an object of it, {name}()"
+            )));
+        }
         match object.getattr_opt("compute_velocity")? {
             Some(method) => Ok(method),
             None if object.is_callable() => Ok(object.clone()),

@@ -11,16 +11,16 @@ use inbye::geometry::Twist;
 use inbye::local::{CpuEngine, EngineChoice, SharedEngines};
 use inbye::runtime::Config;
 use numpy::ndarray::Array2;
-use numpy::{Ix2, PyArray1, PyArray2};
+use numpy::{Ix2, PyArray1, PyArray2, PyArray3};
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::controller::Raised;
-use super::conversion::{raise, real_array};
+use super::conversion::{raise, real_array, table};
 use super::drive::World;
 use super::interrupt::Interrupt;
-use super::mission_slot::{AgentObservation, Finished, Job, Slot};
+use super::mission_slot::{AgentObservation, Commanded, Finished, Job, Slot};
 use super::settings::changed;
 use super::shared::Shared;
 
@@ -30,6 +30,9 @@ const MOST_WAITING: usize = 256;
 /// What robots see: ranges, goals and velocities, a row for each robot.
 type SeenArrays<'py> =
     (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
+/// What robots were commanded: a row for each, and whether the protective layer changed it.
+type CommandArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<bool>>);
 
 /// A mission that ended: index of its robot; outcome, world, seed, time, digest of the trace and reason; what the robot saw last.
 type FinishedTuple<'py> =
@@ -57,6 +60,8 @@ struct Setup {
     is_navigator: bool,
     /// Whether a robot whose mission has ended begins the next one.
     is_autoreset: bool,
+    /// Steps after which the time of a mission is up.
+    max_steps: u64,
     engine: EngineChoice,
     engines: SharedEngines,
     threads: usize,
@@ -73,6 +78,8 @@ struct State {
     /// Jobs that could not start the last time.
     refused: BTreeSet<Job>,
     slots: Vec<Slot>,
+    /// What each robot was commanded in the last step, also where its mission then ended.
+    commands: Vec<Commanded>,
 }
 
 /// What a step did.
@@ -137,6 +144,7 @@ impl Setup {
     fn reset(&self, state: &mut State, first_job: usize) -> PyResult<Vec<AgentObservation>> {
         state.next_job = first_job;
         state.slots = self.start(state, self.count)?;
+        state.commands = vec![Commanded::default(); self.count];
         Ok(clone_seen(state))
     }
 
@@ -149,12 +157,13 @@ impl Setup {
         if state.slots.iter().any(Slot::has_ended) {
             return Err(raise("the episode has ended: call reset"));
         }
-        let step = |(slot, action): (&mut Slot, &Twist)| slot.step(action);
+        let step = |(slot, action): (&mut Slot, &Twist)| slot.step(action, self.max_steps);
         let slots = &mut state.slots;
         let stepped: Vec<_> = match &self.pool {
             None => slots.iter_mut().zip(actions).map(step).collect(),
             Some(pool) => pool.install(|| slots.par_iter_mut().zip(actions).map(step).collect()),
         };
+        state.commands = slots.iter().map(|slot| slot.command).collect();
         let finished: Vec<(usize, Finished)> = slots
             .iter_mut()
             .zip(&stepped)
@@ -223,7 +232,7 @@ impl Setup {
 #[pymethods]
 impl Environments {
     #[new]
-    #[pyo3(signature = (worlds, count, *, seeds, config=None, navigator=false, autoreset=true, engine="cpu", threads=None))]
+    #[pyo3(signature = (worlds, count, *, seeds, config=None, navigator=false, autoreset=true, engine="cpu", threads=None, max_steps=None))]
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
         worlds: Vec<Bound<'_, World>>,
@@ -234,6 +243,7 @@ impl Environments {
         autoreset: bool,
         engine: &str,
         threads: Option<usize>,
+        max_steps: Option<i64>,
     ) -> PyResult<Self> {
         if worlds.is_empty() || seeds.is_empty() || count == 0 {
             return Err(raise("there must be at least one world, one seed and one environment"));
@@ -256,6 +266,11 @@ impl Environments {
             let most = CpuEngine::MAX_THREADS;
             return Err(raise(format!("threads is {threads}: it must be 1 to {most}")));
         }
+        // Gymnasium writes no limit so.
+        let max_steps = max_steps.filter(|steps| *steps != -1);
+        if let Some(steps) = max_steps.filter(|steps| *steps < 1) {
+            return Err(raise(format!("max_episode_steps is {steps}: it must be at least 1")));
+        }
         // A robot has one thread at a time.
         let threads = threads.min(count);
         let pool = (threads > 1).then(|| ThreadPoolBuilder::new().num_threads(threads).build());
@@ -268,6 +283,7 @@ impl Environments {
             farthest_m: lidar.range_max_m,
             is_navigator: navigator,
             is_autoreset: autoreset,
+            max_steps: max_steps.map_or(u64::MAX, i64::cast_unsigned),
             engine,
             engines: SharedEngines::default(),
             threads,
@@ -304,10 +320,27 @@ impl Environments {
         self.state.with(py, |state| state.slots.iter().map(mission).collect())
     }
 
-    /// The velocities that the robots were last commanded.
+    /// The velocities that the robots were commanded in the last step, within the limits of the base, and whether the protective layer
+    /// then changed them.
     #[getter]
-    fn commands(&self, py: Python<'_>) -> PyResult<Vec<[f64; 2]>> {
-        self.state.with(py, |state| state.slots.iter().map(|slot| slot.command).collect())
+    fn commands<'py>(&self, py: Python<'py>) -> PyResult<CommandArrays<'py>> {
+        let commands = self.state.with(py, |state| state.commands.clone())?;
+        let velocities: Vec<_> = commands.iter().map(|command| command.velocity).collect();
+        let is_protected = commands.iter().map(|command| command.is_protected);
+        Ok((table(py, &velocities)?, PyArray1::from_iter(py, is_protected)))
+    }
+
+    /// Control period, seconds.
+    #[getter]
+    fn period_s(&self) -> f64 {
+        self.setup.worlds[0].1.local.control_period_s
+    }
+
+    /// Each robot on its mission, seen from above.
+    fn pictures<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray3<u8>>>> {
+        let draw = |state: &mut State| state.slots.iter().map(Slot::picture).collect::<Vec<_>>();
+        let pictures = self.state.with(py, draw)?;
+        Ok(pictures.into_iter().map(|it| PyArray3::from_owned_array(py, it)).collect())
     }
 
     /// Starts missions, the first ones from this job on, in the order of seeds and worlds. Returns what the robots see.
@@ -398,5 +431,5 @@ fn check_shared_settings(worlds: &[(ExperimentWorld, Arc<Config>)]) -> PyResult<
 
 /// What the robots see, for arrays that are filled with Python's lock.
 fn clone_seen(state: &State) -> Vec<AgentObservation> {
-    state.slots.iter().map(|slot| slot.seen.clone()).collect()
+    state.slots.iter().map(|slot| slot.seen().clone()).collect()
 }

@@ -15,6 +15,7 @@ use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::{Decider, parse_toml};
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyType};
+use serde::Serialize;
 
 use super::controller::{PythonController, Raised};
 use super::conversion::{from_json, raise};
@@ -142,12 +143,27 @@ fn rows_of(grid: &Grid, distinct: &[RunRow]) -> Vec<RunRow> {
     Manifest::of(grid).rows(|key| by_key.get(key).copied())
 }
 
+/// A row with the name of its planner, as the ranking has it.
+#[derive(Serialize)]
+struct NamedRow<'a> {
+    planner: &'a str,
+    #[serde(flatten)]
+    row: &'a RunRow,
+}
+
+/// Rows as Python has them.
+fn to_python<'py>(py: Python<'py>, rows: &[RunRow]) -> PyResult<Bound<'py, PyAny>> {
+    let names = names_of(rows);
+    let named = names.iter().zip(rows).map(|(planner, row)| NamedRow { planner, row });
+    from_json(py, &named.collect::<Vec<_>>())
+}
+
 /// The attribute of an exception with the rows of the runs before it.
 const ROWS_BEFORE: &str = "_inbye_rows";
 
 /// Keeps rows in an exception, which ends a plan: runs of hours must not be lost.
 fn keep_rows(py: Python<'_>, error: &PyErr, rows: &[RunRow]) {
-    let kept = from_json(py, &rows).and_then(|rows| error.value(py).setattr(ROWS_BEFORE, rows));
+    let kept = to_python(py, rows).and_then(|rows| error.value(py).setattr(ROWS_BEFORE, rows));
     // An exception that has no attributes is raised as it is.
     drop(kept);
 }
@@ -222,7 +238,7 @@ pub fn run<'py>(
     jobs: usize,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (_, rows) = rows(py, plan, controllers, jobs)?;
-    from_json(py, &rows)
+    to_python(py, &rows)
 }
 
 /// As [`run`], and the ranking of the planners. With a folder, the page of the comparison is written there.
@@ -255,7 +271,7 @@ pub fn compare<'py>(
         let written = folder.write_files(&files).map_err(unusable);
         written.inspect_err(|error| keep_rows(py, error, &rows))?;
     }
-    Ok((from_json(py, &ranked)?, from_json(py, &rows)?))
+    Ok((from_json(py, &ranked)?, to_python(py, &rows)?))
 }
 
 /// The name of each row's planner, as the ranking has it.

@@ -18,6 +18,7 @@ mod localizer;
 mod map;
 mod mission_slot;
 mod navigator;
+mod picture;
 mod problem;
 mod program;
 mod records;

@@ -107,12 +107,9 @@ impl Map {
         keepout: Option<&Bound<'_, Self>>,
         speed: Option<&Bound<'_, Self>>,
     ) -> PyResult<Self> {
-        if self.zones.is_some() {
-            return Err(raise("the map has zones already: give both masks in one call"));
-        }
         let keepout = keepout.map(|mask| &*mask.get().grid);
         let speed = speed.map(|mask| &*mask.get().grid);
-        let zones = Zones::from_masks(self.grid.frame(), keepout, speed);
+        let zones = Zones::from_masks(self.grid.frame(), self.zones.as_deref(), keepout, speed);
         let zones = zones.map_err(raise)?.map(Arc::new);
         Ok(Self { grid: Arc::clone(&self.grid), zones, fields: Default::default() })
     }

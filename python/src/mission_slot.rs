@@ -2,14 +2,19 @@
 
 use std::sync::Arc;
 
+use inbye::base::ProtectiveAction;
 use inbye::experiment::{ExperimentError, RunOutcome, World};
 use inbye::geometry::{Pose, Twist};
 use inbye::global::Path;
 use inbye::local::Engine;
-use inbye::map::Scan;
+use inbye::map::{OccupancyGrid, Scan};
 use inbye::navigator::Goal;
-use inbye::runtime::{Config, MissionEnd, MissionError, MissionRun, Observer, TickEvent};
+use inbye::robot::Footprint;
+use inbye::runtime::{Config, Mission, MissionEnd, MissionError, MissionRun, Observer, TickEvent};
 use inbye::sim::{Episode, Lidar, SimError, SimulatedRobot, Simulation};
+use numpy::ndarray::Array3;
+
+use super::picture::Scene;
 
 /// Reward at the goal; contact costs as much.
 const REACHED_REWARD: f64 = 10.0;
@@ -37,29 +42,56 @@ pub struct AgentObservation {
 }
 
 /// What an agent is shown: the goal, and the ranges of a lidar.
-#[derive(Clone, Copy)]
 struct View {
     goal: Goal,
     lidar: Lidar,
     /// Longest range that is shown, metres.
     farthest_m: f64,
+    footprint: Footprint,
+    /// None where there is no mission.
+    map: Option<Arc<OccupancyGrid>>,
+}
+
+/// What is seen at a tick: by the agent, and in a picture.
+#[derive(Default)]
+struct Seen {
+    agent: AgentObservation,
+    pose: Pose,
+    scan: Scan,
 }
 
 impl View {
     /// Nothing within range reads as the longest range, and no measurement as zero.
-    fn seen(&self, pose: &Pose, twist: &Twist, scan: &Scan) -> AgentObservation {
+    fn seen(&self, pose: &Pose, twist: &Twist, scan: &Scan) -> Seen {
         let plain =
             |range: f64| if range.is_nan() { 0.0 } else { range.min(self.farthest_m) as f32 };
         let goal = pose.inverse_transform(&self.goal.position);
-        AgentObservation {
+        let agent = AgentObservation {
             ranges: self.lidar.ranges_in_fixed_directions(scan).into_iter().map(plain).collect(),
             goal: [goal.x, goal.y],
             velocity: [twist.linear, twist.angular],
-        }
+        };
+        Seen { agent, pose: *pose, scan: scan.clone() }
     }
 
-    fn seen_in(&self, episode: &Episode) -> AgentObservation {
+    fn seen_in(&self, episode: &Episode) -> Seen {
         self.seen(episode.pose(), episode.twist(), episode.scan())
+    }
+}
+
+/// What a robot was commanded for a control period.
+#[derive(Clone, Copy, Default)]
+pub struct Commanded {
+    /// Within the limits of the base, m/s and rad/s.
+    pub velocity: [f64; 2],
+    /// Whether the protective layer then changed it.
+    pub is_protected: bool,
+}
+
+impl Commanded {
+    const fn new(command: &Twist, action: &ProtectiveAction) -> Self {
+        let Twist { linear, angular } = *command;
+        Self { velocity: [linear, angular], is_protected: !action.passes() }
     }
 }
 
@@ -70,9 +102,13 @@ pub struct Slot {
     view: View,
     path: Path,
     progress_m: f64,
-    pub seen: AgentObservation,
-    pub command: [f64; 2],
+    seen: Seen,
+    /// The command of the last step.
+    pub command: Commanded,
+    /// What the navigator has decided from what is seen now.
+    decided: Commanded,
     time_s: f64,
+    steps: u64,
 }
 
 /// How a mission ended.
@@ -95,7 +131,13 @@ impl Slot {
         engine: Option<Box<dyn Engine>>,
         farthest_m: f64,
     ) -> Self {
-        let view = |goal| View { goal, lidar: config.simulation.lidar, farthest_m };
+        let view = |goal, map| View {
+            goal,
+            lidar: config.simulation.lidar,
+            farthest_m,
+            footprint: config.robot.footprint.clone(),
+            map,
+        };
         let outcome = |error: &SimError| match error {
             SimError::Mission(MissionError::Fault(_)) => RunOutcome::Failed,
             _ => RunOutcome::Error,
@@ -107,15 +149,15 @@ impl Slot {
                     ExperimentError::Simulation(error) => outcome(error),
                     _ => RunOutcome::Error,
                 };
-                let view = view(Goal::at(Pose::default().position()));
+                let view = view(Goal::at(Pose::default().position()), None);
                 let refused = Driver::Refused(outcome, error.to_string());
                 return Self::new(refused, job, &Pose::default(), view, None);
             }
         };
         let (driver, path) = driver(&simulation, config, engine)
             .unwrap_or_else(|error| (Driver::Refused(outcome(&error), error.to_string()), None));
-        let (start, goal) = (&simulation.mission.start, simulation.mission.goal);
-        Self::new(driver, job, start, view(goal), path)
+        let Mission { start, goal, map, .. } = &simulation.mission;
+        Self::new(driver, job, start, view(*goal, Some(Arc::clone(map))), path)
     }
 
     fn new(driver: Driver, job: Job, start: &Pose, view: View, path: Option<Path>) -> Self {
@@ -125,7 +167,29 @@ impl Slot {
             _ => view.seen(start, &Twist::STOP, &Scan::default()),
         };
         let progress_m = path.project(&start.position()).arc_m;
-        Self { driver, job, view, path, progress_m, seen, command: [0.0; 2], time_s: 0.0 }
+        let (command, decided) = Default::default();
+        let (time_s, steps) = (0.0, 0);
+        let mut slot =
+            Self { driver, job, view, path, progress_m, seen, command, decided, time_s, steps };
+        // The first tick has the first scan; the caller sees what the navigator decides from.
+        if let Driver::Navigator(run) = &mut slot.driver {
+            (slot.seen, slot.decided) = tick(run, &slot.view).unwrap_or_default();
+        }
+        slot
+    }
+
+    /// What the agent sees now.
+    pub const fn seen(&self) -> &AgentObservation {
+        &self.seen.agent
+    }
+
+    /// The robot now, seen from above; two by two black pixels where there is no mission.
+    pub fn picture(&self) -> Array3<u8> {
+        let Some(map) = &self.view.map else { return Array3::zeros((2, 2, 3)) };
+        let View { goal, footprint, .. } = &self.view;
+        let Seen { pose, scan, .. } = &self.seen;
+        let goal = goal.position;
+        Scene { map, path: &self.path, goal, footprint, pose: *pose, scan }.picture()
     }
 
     /// Why the mission could not start, if it could not.
@@ -141,30 +205,27 @@ impl Slot {
         matches!(self.driver, Driver::Ended)
     }
 
-    /// Drives for a control period. Returns the reward, and how the mission ended.
-    pub fn step(&mut self, action: &Twist) -> (f64, Option<RunOutcome>) {
+    /// Drives for a control period. Returns the reward, and how the mission ended: its time is up after this many steps.
+    pub fn step(&mut self, action: &Twist, max_steps: u64) -> (f64, Option<RunOutcome>) {
+        self.steps += 1;
         let (pose, end) = match &mut self.driver {
             Driver::Caller(episode) => {
                 // The actions are finite: all were checked before the first robot was stepped.
                 let end = episode.step(action).unwrap_or(None);
                 self.seen = self.view.seen_in(episode);
                 self.time_s = episode.time_s();
-                self.command = [action.linear, action.angular];
+                self.command = Commanded::new(episode.command(), &episode.protective_action());
                 (*episode.pose(), end)
             }
             Driver::Navigator(run) => {
-                let (view, last) = (&self.view, &mut self.seen);
-                let mut on_tick = |event: &TickEvent<'_>| {
-                    *last = view.seen(&event.row.pose, &event.row.twist, &event.observation.scan);
-                };
-                let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut on_tick };
-                let _ = run.step(&mut observer);
+                self.command = self.decided;
+                // A mission may have ended at its first tick.
+                if let Some((seen, decided)) = tick(run, &self.view) {
+                    (self.seen, self.decided) = (seen, decided);
+                }
                 let last = run.trace().rows.last();
-                let pose = last.map_or_else(Pose::default, |row| row.pose);
                 self.time_s = last.map_or(0.0, |row| row.time_s);
-                self.command =
-                    last.map_or([0.0; 2], |row| [row.command.linear, row.command.angular]);
-                (pose, run.end())
+                (last.map_or_else(Pose::default, |row| row.pose), run.end())
             }
             Driver::Refused(outcome, _) => return (0.0, Some(*outcome)),
             Driver::Ended => return (0.0, None),
@@ -177,7 +238,8 @@ impl Slot {
             Some(MissionEnd::Contact) => reward -= REACHED_REWARD,
             _ => {}
         }
-        (reward, end.map(RunOutcome::from))
+        let is_late = self.steps >= max_steps;
+        (reward, end.map(RunOutcome::from).or(is_late.then_some(RunOutcome::Timeout)))
     }
 
     /// Ends the mission with this outcome.
@@ -190,9 +252,20 @@ impl Slot {
             }
             Driver::Refused(_, reason) => (None, Some(reason)),
         };
-        let (job, time_s, seen) = (self.job, self.time_s, self.seen.clone());
+        let (job, time_s, seen) = (self.job, self.time_s, self.seen.agent.clone());
         Finished { outcome: outcome.name(), job, time_s, digest, reason, seen }
     }
+}
+
+/// Runs the next tick of a mission. Returns what is seen at it, and what the navigator decides; none where the mission is over.
+fn tick(run: &mut MissionRun<SimulatedRobot>, view: &View) -> Option<(Seen, Commanded)> {
+    let mut last = None;
+    let mut on_tick = |event: &TickEvent<'_>| {
+        let seen = view.seen(&event.row.pose, &event.row.twist, &event.observation.scan);
+        last = Some((seen, Commanded::new(&event.row.command, event.protective_action)));
+    };
+    let _ = run.step(&mut Observer { clock: &mut || 0.0, on_tick: &mut on_tick });
+    last
 }
 
 /// What drives the robot, and the path along which progress counts; none where no path was found.

@@ -1,6 +1,7 @@
 //! The problem of one decision.
 
 use inbye::local::DecisionInput;
+use inbye::navigator::limits_in_zones;
 use pyo3::prelude::*;
 
 use super::conversion::{moving_discs, point, pose, raise, twist};
@@ -33,16 +34,21 @@ impl Problem {
         let map = map.get();
         // The first problem on a map measures its distances to obstacles.
         let field = py.detach(|| map.field(config.unknown))?;
-        let velocity = twist(velocity)?;
+        let (pose, velocity) = (self::pose(pose)?, twist(velocity)?);
+        let (limits, period_s) = (config.robot.limits, config.local.control_period_s);
+        let limits = map
+            .zones
+            .as_ref()
+            .map_or(limits, |zones| limits_in_zones(&limits, zones, &pose, &velocity, period_s));
         let input = DecisionInput {
             field: &field,
-            pose: self::pose(pose)?,
+            pose,
             twist: velocity,
             last_command: last_command.map(twist).transpose()?.unwrap_or(velocity),
             obstacles: &moving_discs(obstacles)?,
             target: point(target)?,
             key_node: point(key_node.unwrap_or(target))?,
-            limits: config.robot.limits,
+            limits,
             footprint: &config.robot.footprint,
             weights: config.local.weights,
         };
@@ -66,10 +72,15 @@ impl Problem {
     }
 
     /// Positions of a sample after each step of the horizon, metres.
-    fn path<'py>(&self, py: Python<'py>, index: u32) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
-        if index as usize >= self.__len__() {
-            return Err(raise(format!("the problem has {} samples", self.__len__())));
-        }
-        super::conversion::points(py, &self.inner.path(index))
+    fn path<'py>(
+        &self,
+        py: Python<'py>,
+        index: &Bound<'py, PyAny>,
+    ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
+        let number = index.extract().ok().filter(|it: &u32| (*it as usize) < self.__len__());
+        let number = number.ok_or_else(|| {
+            raise(format!("index is {index}: the problem has {} samples", self.__len__()))
+        })?;
+        super::conversion::points(py, &self.inner.path(number))
     }
 }

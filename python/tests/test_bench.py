@@ -41,6 +41,7 @@ def test_comparison_ranks_planners_and_writes_its_page(tmp_path: Path) -> None:
     comparison = inbye.bench.compare(PLAN, {"pursuit": Pursuit}, jobs=2, report=tmp_path)
     assert {row["planner"] for row in comparison.ranked} == {"inbye", "slow", "pursuit"}
     assert len(comparison.rows) == 9
+    assert [row["planner"] for row in comparison.rows[::3]] == ["inbye", "slow", "pursuit"]
     assert Pursuit.runs == 3
     assert [row["rank"] for row in comparison.ranked] == [1, 2, 3]
     assert "pursuit" in (tmp_path / "index.html").read_text()

@@ -253,3 +253,26 @@ def test_plan_leads_from_start_to_goal() -> None:
     cells[:, 40] = 100
     with pytest.raises(inbye.InbyeError, match="NO_VALID_PATH"):
         inbye.plan(inbye.Map(cells, 0.1), (1.0, 1.2), (6.5, 1.2))
+
+
+def test_decision_respects_the_speed_limit_of_a_zone() -> None:
+    world = inbye.Map(np.zeros((40, 80), np.int8), 0.1)
+    slow = world.with_zones(speed=inbye.Map(np.full((40, 80), 70), 0.1))
+
+    def speeds(on: inbye.Map, speed: float) -> np.ndarray:
+        asked = inbye.Problem(on, (2.0, 2.0, 0.0), (6.0, 2.0), velocity=(speed, 0.0))
+        samples = inbye.evaluate(asked, samples=True).samples
+        assert samples is not None
+        return samples["vx"]
+
+    # The limit is 30 percent of 1 m/s. A faster robot brakes as fast as it can.
+    assert speeds(world, 0.25).max() == pytest.approx(0.35)
+    assert speeds(slow, 0.25).max() == pytest.approx(0.3)
+    assert speeds(slow, 0.8).max() == pytest.approx(0.7)
+
+
+def test_path_of_a_sample_that_does_not_exist_is_an_error() -> None:
+    with pytest.raises(inbye.InbyeError, match=r"^index is -1: the problem has 128 samples"):
+        problem().path(-1)
+    with pytest.raises(inbye.InbyeError, match=r"^index is 128: the problem has 128 samples"):
+        problem().path(128)

@@ -316,8 +316,9 @@ def test_zones_are_kept_by_paths_samples_drives_and_the_navigator() -> None:
         walls().with_zones(keepout=rectangle(0, 0, 0, 0, 0))
     with pytest.raises(inbye.InbyeError, match="speed: a cell is 100 percent"):
         walls().with_zones(speed=closed)
-    with pytest.raises(inbye.InbyeError, match="has zones already: give both masks in one call"):
-        zoned.with_zones(speed=rectangle(70, 0, 90, 80, 40))
+    # Zones of two calls are those of one.
+    twice = walls().with_zones(keepout=closed).with_zones(speed=rectangle(70, 0, 90, 80, 40))
+    assert np.array_equal(twice.zones, zoned.zones)
 
 
 def test_localizer_corrects_a_wrong_start() -> None:
@@ -393,3 +394,10 @@ def test_controller_that_uses_its_own_navigator_gets_an_error() -> None:
     navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)], controller=controller)
     with pytest.raises(inbye.InbyeError, match="cannot use the object that calls it"):
         navigator.step(0.0, (2.0, 3.0, 0.0), (0.0, 0.0), scan(2.0, 3.0), **ANGLES)
+
+
+def test_class_is_no_controller() -> None:
+    with pytest.raises(
+        inbye.InbyeError, match=r"Recorded is a class: .* object of it, Recorded\(\)"
+    ):
+        inbye.World(walls(), (2.0, 3.0, 0.0), (10.0, 3.0)).drive(controller=Recorded)

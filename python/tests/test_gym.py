@@ -293,3 +293,94 @@ def test_programs_that_environments_do_not_use_are_errors(key: str) -> None:
         inbye.gym.VectorEnv(WORLDS, 1, config=config)
     with pytest.raises(inbye.InbyeError, match=rf"^{key}\.command: .*leave it out, or"):
         inbye.gym.Env(WORLDS, config=config)
+
+
+def relative_goal(trace: np.ndarray, tick: int, goal: tuple[float, float]) -> np.ndarray:
+    """Return the goal in the frame of the true pose."""
+    row = trace[tick]
+    away = np.array(goal) - [row["x"], row["y"]]
+    sine, cosine = np.sin(row["yaw"]), np.cos(row["yaw"])
+    return np.array([[cosine, sine], [-sine, cosine]]) @ away
+
+
+def test_commands_of_the_navigator_belong_to_the_observation_before() -> None:
+    trace = box("box").drive().trace
+    env = inbye.gym.VectorEnv([box("box")], 1, navigator=True)
+    seen, info = env.reset()
+    assert (seen["ranges"] > 0.0).mean() > 0.9
+    caller, _ = inbye.gym.VectorEnv([box("box")], 1).reset()
+    np.testing.assert_allclose(seen["ranges"], caller["ranges"], atol=0.2)
+    np.testing.assert_array_equal(info["command"], np.zeros((1, 2)))
+    for tick in range(len(trace) - 1):
+        np.testing.assert_allclose(seen["goal"][0], relative_goal(trace, tick, (7.0, 4.0)))
+        seen, _, done, _, info = env.step(np.zeros((1, 2)))
+        command = (trace["command_vx"][tick], trace["command_vtheta"][tick])
+        np.testing.assert_array_equal(info["command"][0], command)
+    assert done[0]
+    last = relative_goal(trace, len(trace) - 1, (7.0, 4.0))
+    np.testing.assert_allclose(info["final_obs"][0]["goal"], last)
+    # The next mission has begun, with its first scan.
+    assert (seen["ranges"] > 0.0).mean() > 0.9
+
+
+def test_info_has_the_mission_and_the_command_within_the_limits() -> None:
+    env = inbye.gym.VectorEnv([box("a"), box("b")], 3, seeds=[4, 5])
+    _, info = env.reset()
+    assert info["world"].tolist() == ["a", "b", "a"]
+    assert info["seed"].tolist() == [4, 4, 5]
+    info = env.step(np.full((3, 2), 100.0))[4]
+    np.testing.assert_array_equal(info["command"], np.tile([1.0, 1.0], (3, 1)))
+    assert not info["protected"].any()
+    single = inbye.gym.Env([box("a")])
+    single.reset()
+    infos = [single.step(np.array([9.0, 0.0]))[4] for _ in range(100)]
+    assert infos[0]["command"].tolist() == [1.0, 0.0]
+    # The layer stops the robot before the wall.
+    assert [infos[0]["protected"], infos[-1]["protected"]] == [False, True]
+
+
+def truncated_after(env: gymnasium.Env | gymnasium.vector.VectorEnv, action: np.ndarray) -> int:
+    env.reset()
+    for step in range(1, 100):
+        if np.any(env.step(action)[3]):
+            return step
+    return 0
+
+
+def test_missions_are_truncated_at_a_time_and_after_steps() -> None:
+    action = np.zeros((2, 2))
+    name, number = "inbye/Scene-v0", 2
+    short = gymnasium.make(name, time_limit_s=3.0)
+    assert truncated_after(short, action[0]) == 30
+    assert truncated_after(gymnasium.make(name, max_episode_steps=20), action[0]) == 20
+    assert truncated_after(gymnasium.make_vec(name, number, time_limit_s=3.0), action) == 30
+    assert truncated_after(gymnasium.make_vec(name, number, max_episode_steps=20), action) == 20
+    with pytest.raises(inbye.InbyeError, match="max_episode_steps is 0: it must be at least 1"):
+        gymnasium.make_vec(name, number, max_episode_steps=0)
+    made = gymnasium.make(name, time_limit_s=3.0, seeds=[0, 1])
+    assert '"time_limit_s": 3.0' in made.spec.to_json()
+
+
+def test_picture_shows_walls_goal_and_robot() -> None:
+    env = inbye.gym.Env([box("a")], render_mode="rgb_array")
+    env.reset()
+    picture = env.render()
+    # The map has 8 m by 5 m, and the robot starts in the lower left.
+    assert picture.shape == (320, 512, 3)
+    assert picture.dtype == np.uint8
+    assert picture[1, 256].tolist() == [0, 0, 0]
+    assert picture[160, 100].tolist() == [255, 255, 255]
+    robot, goal = picture[319 - 64, 64], picture[319 - 256, 448]
+    assert robot[2] > robot[0]
+    assert goal[1] > max(goal[0], goal[2])
+    before = picture.copy()
+    env.step(np.array([1.0, 0.0]))
+    env.step(np.array([1.0, 0.0]))
+    assert not np.array_equal(before, env.render())
+    robots = inbye.gym.VectorEnv([box("a")], 2, render_mode="rgb_array")
+    robots.reset()
+    assert [frame.shape for frame in robots.render()] == [(320, 512, 3)] * 2
+    with pytest.raises(inbye.InbyeError, match='make the environment with render_mode="rgb_array"'):
+        inbye.gym.Env([box("a")]).render()
+    with pytest.raises(inbye.InbyeError, match="render_mode is human: only"):
+        gymnasium.make("inbye/Scene-v0", render_mode="human")

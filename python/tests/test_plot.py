@@ -38,6 +38,18 @@ def test_decision_is_drawn_with_its_best_path(tmp_path: Path) -> None:
     other = inbye.Problem(world(), pose, (6.0, 6.0), velocity=(0.5, 0.0))
     with pytest.raises(ValueError, match="256 samples and the problem"):
         plot.decision(other, answer)
+    turned = inbye.Problem(world(), (3.0, 5.5, 0.9), (6.0, 6.0), config=settings)
+    with pytest.raises(ValueError, match="the samples end elsewhere"):
+        plot.decision(turned, answer)
+
+
+def test_zones_of_a_map_are_drawn() -> None:
+    mask = np.zeros((60, 100), np.int8)
+    mask[10:20, 10:20] = 100
+    zoned = world().with_zones(keepout=inbye.Map(mask, 0.1, (1.0, 2.0, 0.3)))
+    assert len(plot.map(world()).collections) == 1
+    _, zones = plot.map(zoned).collections
+    assert np.ma.count(zones.get_array()) == 100
 
 
 def test_trace_is_drawn_over_its_paths(tmp_path: Path) -> None:

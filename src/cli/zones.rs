@@ -39,7 +39,7 @@ impl ZoneArguments {
         };
         let keepout = load(&self.keepout, map_file::load)?;
         let speed = load(&self.speed_zones, map_file::load_speed_mask)?;
-        let zones = Zones::from_masks(map.frame(), keepout.as_ref(), speed.as_ref());
+        let zones = Zones::from_masks(map.frame(), None, keepout.as_ref(), speed.as_ref());
         let zones = zones.map_err(|MaskError { mask, fault }| {
             let (flag, file) = match mask {
                 Mask::Keepout => ("--keepout", &self.keepout),

@@ -290,6 +290,7 @@ const fn end_group(_leader: u32) {}
 fn write_lines(mut stdin: ChildStdin) -> Sender<String> {
     let (sender, lines) = channel::<String>();
     thread::spawn(move || {
+        hold_broken_pipe_signal();
         for mut line in lines {
             line.push('\n');
             if stdin.write_all(line.as_bytes()).and_then(|()| stdin.flush()).is_err() {
@@ -299,6 +300,18 @@ fn write_lines(mut stdin: ChildStdin) -> Sender<String> {
     });
     sender
 }
+
+/// Holds back the SIGPIPE of this thread's writes until the thread ends: a write to a process that has ended then is only an error. A
+/// C program that contains this library has the default action of that signal, which would end it.
+#[cfg(unix)]
+fn hold_broken_pipe_signal() {
+    use nix::sys::signal::{SigSet, Signal};
+    // This cannot fail for a valid signal.
+    let _ = SigSet::from(Signal::SIGPIPE).thread_block();
+}
+
+#[cfg(not(unix))]
+const fn hold_broken_pipe_signal() {}
 
 /// Reads lines on a thread until the stream ends or a line is too long.
 fn read_lines(stdout: ChildStdout) -> Receiver<Result<String, LineError>> {

@@ -155,8 +155,11 @@ impl Program {
             self.longest = self.longest.max(self.asked_at.elapsed());
         }
         let no_answer = |why: String| {
-            let shown = shown(&line, SHOWN_CHARACTERS);
-            NoAnswer::Failed(format!("`{shown}` is no answer: {why}"))
+            let shown = match &*shown(&line, SHOWN_CHARACTERS) {
+                "" => "an empty line".to_owned(),
+                text => format!("`{text}`"),
+            };
+            NoAnswer::Failed(format!("{shown} is no answer: {why}"))
         };
         let answer =
             serde_json::from_str(&line).map_err(|error| no_answer(why_no_answer(&error, &line)))?;
@@ -224,6 +227,10 @@ fn end_text(status: Option<ExitStatus>) -> String {
 
 /// Why a line is no answer, for the author of a program.
 fn why_no_answer(error: &serde_json::Error, line: &str) -> String {
+    if !error.is_data() && !line.trim_start().starts_with('{') {
+        return "an answer is a JSON object; print everything else to the standard error output"
+            .to_owned();
+    }
     let column = error.column();
     // The parser stops at the first letter; a sign is before it.
     let rest = line.get(column.saturating_sub(1)..).unwrap_or_default();
@@ -305,6 +312,11 @@ mod tests {
                 r#"{"linear": "fast", "angular": 0}"#,
                 r#"invalid type: string "fast", expected a number (column 17)"#,
             ),
+            (
+                "Loading model...",
+                "an answer is a JSON object; print everything else to the standard error output",
+            ),
+            ("", "an answer is a JSON object; print everything else to the standard error output"),
             (r#"{"linear": 1e999, "angular": 0}"#, "number out of range (column 16)"),
             (
                 "3",

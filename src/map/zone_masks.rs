@@ -55,15 +55,20 @@ pub struct MaskError {
 }
 
 impl Zones {
-    /// The zones of two masks on a map; none without a mask. They may have another size and resolution than the map.
+    /// The zones of two masks on a map, in addition to `earlier` ones of this map; none without any. The masks may have another size
+    /// and resolution than the map.
     ///
     /// Occupied cells of `keepout` are closed. A value of 30 in `speed` limits the speed to 70 percent of the largest, as with
     /// `base: 100.0` and `multiplier: -1.0` of Nav2's speed filter.
     ///
     /// # Errors
     /// [`MaskError`] for a mask that closes or limits nothing, or has a limit of zero.
+    ///
+    /// # Panics
+    /// Panics if the earlier zones have another number of cells than the map.
     pub fn from_masks(
         map: &GridFrame,
+        earlier: Option<&Self>,
         keepout: Option<&OccupancyGrid>,
         speed: Option<&OccupancyGrid>,
     ) -> Result<Option<Self>, MaskError> {
@@ -72,7 +77,11 @@ impl Zones {
             let added = grid.map_or(Ok(()), |grid| zones.add_mask(mask, grid));
             added.map_err(|fault| MaskError { mask, fault })?;
         }
-        Ok((keepout.is_some() || speed.is_some()).then_some(zones))
+        if let Some(earlier) = earlier {
+            zones.add(earlier);
+        }
+        let has_any = earlier.is_some() || keepout.is_some() || speed.is_some();
+        Ok(has_any.then_some(zones))
     }
 
     fn add_mask(&mut self, mask: Mask, grid: &OccupancyGrid) -> Result<(), MaskFault> {
@@ -136,7 +145,7 @@ mod tests {
     fn masks_close_and_limit_or_say_why_not() {
         let map = grid(0.0, [0; 3]);
         let of = |keepout: Option<&OccupancyGrid>, speed: Option<&OccupancyGrid>| {
-            Zones::from_masks(map.frame(), keepout, speed)
+            Zones::from_masks(map.frame(), None, keepout, speed)
         };
         let closed = |mask: OccupancyGrid| of(Some(&mask), None).map_err(|error| error.fault);
         let limited = |mask: OccupancyGrid| of(None, Some(&mask)).map_err(|error| error.fault);
@@ -158,5 +167,23 @@ mod tests {
         assert_eq!(beside, Err(MaskFault::OffMap), "its bounding box overlaps");
         let error = of(Some(&masks[0]), Some(&masks[0])).expect_err("a limit of zero");
         assert!(error.to_string().starts_with("speed: a cell is 100 percent"), "{error}");
+    }
+
+    #[test]
+    fn masks_of_two_calls_make_the_zones_of_one() {
+        let map = grid(0.0, [0; 3]);
+        let of = |earlier: Option<&Zones>, keepout, speed| {
+            Zones::from_masks(map.frame(), earlier, keepout, speed).expect("valid masks")
+        };
+        let (keepout, speed) = (grid(0.0, [0, 100, 0]), grid(0.0, [30, 30, 60]));
+        let both = of(None, Some(&keepout), Some(&speed));
+        let closed = of(None, Some(&keepout), None);
+        let slow = of(None, None, Some(&speed));
+        assert_eq!(of(closed.as_ref(), None, Some(&speed)), both);
+        assert_eq!(of(slow.as_ref(), Some(&keepout), None), both);
+        assert_eq!(of(both.as_ref(), None, None), both);
+        // Of two limits the lower counts.
+        let other = of(slow.as_ref(), None, Some(&grid(0.0, [50, 10, 0]))).expect("zones");
+        assert_eq!(other.grid().cells(), [50, 70, 40]);
     }
 }

@@ -64,7 +64,29 @@ impl Zones {
         self.has_speed_limits |= self.grid.cells().iter().any(|cell| (1..KEEPOUT).contains(cell));
     }
 
-    /// Sets the cells that a mask touches: closed cells stay closed, and of two limits the lower stays.
+    /// Adds the zones of the same map.
+    ///
+    /// # Panics
+    /// Panics if they have another number of cells.
+    pub fn add(&mut self, other: &Self) {
+        let cells = other.grid.cells();
+        assert_eq!(self.grid.cells().len(), cells.len(), "zones of the same map");
+        for (index, &new) in cells.iter().enumerate().filter(|(_, new)| **new != 0) {
+            self.add_to(self.frame().cell_at(index), new);
+        }
+        self.has_speed_limits |= other.has_speed_limits;
+    }
+
+    /// Adds a value to a cell, if it is on the map: a closed cell stays closed, and of two limits the lower stays.
+    fn add_to(&mut self, cell: Cell, new: i8) {
+        let is_stricter = |&before: &i8| before == 0 || new == KEEPOUT || new < before;
+        let is_open = |before: &&i8| **before != KEEPOUT;
+        if self.grid.get(cell).filter(is_open).is_some_and(is_stricter) {
+            self.grid.set(cell, new);
+        }
+    }
+
+    /// Adds values to the cells that a mask touches.
     fn mark(&mut self, mask: &OccupancyGrid, new: impl Fn(i8) -> Option<i8>) {
         let by_value: Vec<Option<i8>> = (i8::MIN..=i8::MAX).map(new).collect();
         for (index, &value) in mask.cells().iter().enumerate() {
@@ -74,12 +96,7 @@ impl Zones {
             let (columns, rows) = self.touched(mask.frame(), mask.frame().cell_at(index));
             for row in rows {
                 for column in columns.clone() {
-                    let cell = Cell::new(column, row);
-                    let is_stricter = |&before: &i8| before == 0 || new == KEEPOUT || new < before;
-                    let is_open = |before: &&i8| **before != KEEPOUT;
-                    if self.grid.get(cell).filter(is_open).is_some_and(is_stricter) {
-                        self.grid.set(cell, new);
-                    }
+                    self.add_to(Cell::new(column, row), new);
                 }
             }
         }

@@ -61,6 +61,7 @@ pub use observation::{Observation, ObservationFault};
 pub use obstacle_model::ObstacleModel;
 pub use route_planner::RoutePlanner;
 pub use settings::{NavigatorFeatures, NavigatorSettings};
+pub use speed_limits::limits_in_zones;
 pub use state::RobotModel;
 pub use waypoints::{Goal, Waypoints};
 

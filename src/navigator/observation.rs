@@ -87,9 +87,10 @@ impl Observation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObservationFault {
-    /// A time, pose, speed, or the place or an angle of the scan is not a finite number, or the scan's largest range is not above zero.
+    /// A time, pose, speed, or the place or an angle of the scan is not a finite number, or the scan's angle between beams or largest
+    /// range is not above zero.
     #[error(
-        "time, pose, speed, the lidar's place or the scan's angles are not finite, or its range_max is not above zero"
+        "time, pose, speed, the lidar's place or the scan's angles are not finite, or its angle_increment or range_max is not above zero"
     )]
     NotFinite,
     /// The odometry reports a speed above 100 m/s, or a turn rate above 100 rad/s.

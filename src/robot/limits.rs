@@ -63,6 +63,22 @@ impl Limits {
         }
     }
 
+    /// These limits with a lower largest speed, m/s, in both directions, for a robot with this velocity: widened by what braking needs
+    /// to get there, so that the robot reaches every velocity within them.
+    #[must_use]
+    pub fn slowed_to(&self, fastest: f64, twist: &Twist, time: impl Into<TickTime>) -> Self {
+        let time = time.into();
+        let within = |speed: f64| speed.clamp(self.min_vel_x, self.max_vel_x);
+        let in_reach = |speed: f64| self.reachable(twist, &Twist::new(speed, 0.0), time).linear;
+        // Never -0.
+        let backwards = 0.0 - fastest;
+        Self {
+            min_vel_x: within(backwards.min(in_reach(backwards))),
+            max_vel_x: within(fastest.max(in_reach(fastest))),
+            ..*self
+        }
+    }
+
     /// The twist after braking for a time, seconds, or at a tick of a control loop, with the largest deceleration. The curvature is kept as far as the limits
     /// allow: a braking robot stays on its arc, which was checked, and does not leave it towards an obstacle.
     #[must_use]

@@ -1,7 +1,7 @@
 //! A mission whose velocities the caller chooses, tick by tick.
 
 use super::{SimError, SimulatedRobot, Simulation};
-use crate::base::{BaseError, require_finite};
+use crate::base::{BaseError, ProtectiveAction, require_finite};
 use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::map::Scan;
 use crate::robot::Limits;
@@ -20,6 +20,7 @@ pub struct Episode {
     sensed: SensorData,
     compensated: CompensatedScan,
     scan: Scan,
+    command: Twist,
     end: Option<MissionEnd>,
 }
 
@@ -48,6 +49,7 @@ impl Episode {
             sensed,
             compensated: CompensatedScan::new(),
             scan: Scan::default(),
+            command: Twist::STOP,
             end: None,
         };
         episode.update_scan();
@@ -65,6 +67,7 @@ impl Episode {
         if self.end.is_none() {
             // A simulated base never stops for good.
             let _ = self.robot.drive(&command, self.period_s);
+            self.command = command;
             self.ticks += 1;
             self.sensed = self.robot.sense(self.time_s());
             self.update_scan();
@@ -128,6 +131,18 @@ impl Episode {
         self.robot.twist()
     }
 
+    /// The command of the last step within the limits of the base, before the protective layer; zero before the first step.
+    #[must_use]
+    pub const fn command(&self) -> &Twist {
+        &self.command
+    }
+
+    /// What the protective layer did with it.
+    #[must_use]
+    pub fn protective_action(&self) -> ProtectiveAction {
+        self.robot.protective_action()
+    }
+
     /// Smallest gap between the robot and anything solid since the last step, metres.
     #[must_use]
     pub fn gap_m(&self) -> f64 {
@@ -169,9 +184,15 @@ mod tests {
         let forward = Twist::new(0.3, 0.0);
         let away = drive(episode(Point::new(7.5, 3.5), 60.0), forward);
         // The protective layer below the caller stops the robot before the wall.
+        assert!(!away.protective_action().passes());
+        assert_eq!(away.command(), &forward);
         assert_eq!(away.end(), Some(MissionEnd::Timeout));
         assert!(away.pose().x > 6.0 && away.gap_m() > 0.0);
         assert!((away.time_s() - 60.0).abs() < 1e-9);
+
+        let mut fast = episode(Point::new(7.5, 3.5), 60.0);
+        assert_eq!(fast.step(&Twist::new(9.0, -9.0)), Ok(None));
+        assert_eq!(fast.command(), &Twist::new(1.0, -1.0));
 
         let mut passing = episode(Point::new(3.0, 2.0), 60.0);
         while passing.pose().x < 2.9 {

@@ -1,6 +1,6 @@
 //! What a controller in a shared library gets, as C sees it.
 
-use core::ffi::c_void;
+use core::ffi::{c_char, c_void};
 
 use serde::Deserialize;
 
@@ -73,3 +73,4 @@ pub type Create = unsafe extern "C" fn(*const InbyeRobot) -> *mut c_void;
 pub type Compute =
     unsafe extern "C" fn(*mut c_void, *const InbyeControllerInput, *mut f64, *mut f64) -> bool;
 pub type Destroy = unsafe extern "C" fn(*mut c_void);
+pub type Reason = unsafe extern "C" fn() -> *const c_char;

@@ -3,20 +3,16 @@
 #![expect(unsafe_code, reason = "functions of a shared library are called by pointers")]
 
 use core::error::Error;
-use core::ffi::c_void;
+use core::ffi::{CStr, c_void};
 use std::path::Path;
 
 use libloading::{Library as Loaded, Symbol};
 
 use crate::abi::INBYE_ABI_VERSION;
-use crate::interface::{AbiVersion, Compute, Create, Destroy, InbyeControllerInput, InbyeRobot};
-use crate::messages::{Start, Tick};
-
-/// A velocity, m/s and rad/s.
-pub struct Twist {
-    pub linear: f64,
-    pub angular: f64,
-}
+use crate::interface::{
+    AbiVersion, Compute, Create, Destroy, InbyeControllerInput, InbyeRobot, Reason,
+};
+use crate::messages::{Answer, Start, Tick};
 
 /// An open library.
 pub struct Library {
@@ -24,6 +20,7 @@ pub struct Library {
     create: Create,
     compute: Compute,
     destroy: Destroy,
+    reason: Option<Reason>,
     /// It stays loaded as long as its functions are.
     _loaded: Loaded,
 }
@@ -66,8 +63,11 @@ impl Library {
                 file.display()
             ));
         }
+        // SAFETY: likewise.
+        let reason = unsafe { loaded.get::<Reason>("inbye_controller_error") };
+        let reason = reason.ok().map(|reason| *reason);
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok(Self { name, create, compute, destroy, _loaded: loaded })
+        Ok(Self { name, create, compute, destroy, reason, _loaded: loaded })
     }
 
     /// Its file name without an extension.
@@ -81,20 +81,28 @@ impl Library {
         // SAFETY: the header declares the function so.
         let object = unsafe { (self.create)(&raw const robot) };
         if object.is_null() {
-            return Err(format!("{}: inbye_controller_create returned null", self.name));
+            let why = self.reason().map_or_else(String::new, |reason| format!(": {reason}"));
+            return Err(format!("{}: inbye_controller_create returned null{why}", self.name));
         }
         Ok(Controller { object, destroy: self.destroy, path: Vec::new() })
     }
 
-    /// The velocity of a tick; none if the controller sees no valid one.
+    /// Why the last call gave no controller or no velocity, if the library tells it.
+    fn reason(&self) -> Option<String> {
+        // SAFETY: the header declares the function so.
+        let text = unsafe { self.reason?() };
+        if text.is_null() {
+            return None;
+        }
+        // SAFETY: it is not null, and the library keeps the text until its next call.
+        Some(unsafe { CStr::from_ptr(text) }.to_string_lossy().into_owned())
+    }
+
+    /// The velocity of a tick, or why the controller sees no valid one.
     ///
     /// # Errors
     /// When it is not finite.
-    pub fn velocity(
-        &self,
-        controller: &mut Controller,
-        tick: &Tick,
-    ) -> Result<Option<Twist>, String> {
+    pub fn velocity(&self, controller: &mut Controller, tick: &Tick) -> Result<Answer, String> {
         if let Some(path) = &tick.path {
             controller.path = path.concat();
         }
@@ -135,10 +143,14 @@ impl Library {
         let is_valid = unsafe {
             (self.compute)(controller.object, &raw const input, &raw mut linear, &raw mut angular)
         };
-        if is_valid && !(f64::is_finite(linear) && f64::is_finite(angular)) {
+        if !is_valid {
+            let reason = self.reason().unwrap_or_else(|| "no valid velocity".to_owned());
+            return Ok(Answer::Error { error: reason });
+        }
+        if !(f64::is_finite(linear) && f64::is_finite(angular)) {
             return Err(format!("{}: the velocity {linear}, {angular} is not finite", self.name));
         }
-        Ok(is_valid.then_some(Twist { linear, angular }))
+        Ok(Answer::Velocity { linear, angular })
     }
 }
 

@@ -17,7 +17,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use library::Library;
-use messages::{Answer, Message, Ready};
+use messages::{Message, Ready};
 
 const HELP: &str = "\
 Usage: inbye-controller-host LIBRARY
@@ -93,13 +93,7 @@ fn serve_library(file: &Path) -> Result<(), String> {
             }
             Message::Tick(tick) => {
                 let controller = controller.as_mut().ok_or("a tick came before the start")?;
-                let velocity = match library.velocity(controller, &tick)? {
-                    Some(twist) => {
-                        Answer::Velocity { linear: twist.linear, angular: twist.angular }
-                    }
-                    None => Answer::Error { error: "no valid velocity".to_owned() },
-                };
-                answer(&mut out, &velocity)?;
+                answer(&mut out, &library.velocity(controller, &tick)?)?;
             }
         }
     }

@@ -97,8 +97,8 @@ class Map:
 
         The masks are those of Nav2's costmap filters: occupied cells of ``keepout`` are closed,
         and a value of 30 in ``speed`` limits the speed to 70 percent of the largest. They may
-        have another size and resolution than the map. A lidar sees through zones. A map with
-        zones gets no others: both masks are for one call.
+        have another size and resolution than the map. A lidar sees through zones. Zones that the
+        map has already are kept: of two limits the lower counts.
         """
     @property
     def cells(self) -> NDArray[np.int8]:
@@ -533,10 +533,12 @@ class Environments:
         autoreset: bool = True,
         engine: str = "cpu",
         threads: int | None = None,
+        max_steps: int | None = None,
     ) -> Environments:
         """Make ``count`` environments that take the missions of all seeds and worlds in turn.
 
-        ``threads`` is 1 to 1024. With several, they work only in the process that made them.
+        ``threads`` is 1 to 1024. With several, they work only in the process that made them. After
+        ``max_steps`` the time of a mission is up; None and -1 are no limit.
 
         Without ``autoreset`` a robot whose mission has ended stays there until the next reset.
         """
@@ -553,8 +555,16 @@ class Environments:
     def missions(self) -> list[tuple[str, int]]:
         """World and seed of each robot's mission."""
     @property
-    def commands(self) -> Floats:
-        """Velocities that the robots were last commanded."""
+    def period_s(self) -> float:
+        """Control period."""
+    def pictures(self) -> list[NDArray[np.uint8]]:
+        """Draw each robot on its mission: rows of pixels, red, green and blue."""
+    @property
+    def commands(self) -> tuple[Floats, NDArray[np.bool_]]:
+        """Velocities that the robots were commanded in the last step, and where they were changed.
+
+        The velocities are within the limits of the base. The protective layer then changed some.
+        """
     def reset(self, first_job: int) -> SeenArrays:
         """Start missions; return what the robots see: ranges, goals and velocities."""
     def step(

@@ -2,9 +2,19 @@
 
 The agent sees the ranges of the lidar (nothing within range reads as the longest one, no
 measurement as zero), the goal in the robot's frame, and the velocity. The ranges are those of the
-beams from the place of the lidar, counter-clockwise. Its action is speed and turn rate, which the
-base clamps to its limits; the protective layer of the simulation stays below it. The reward is the
-progress along the first global path, metres, plus 10 at the goal and minus 10 at contact.
+beams from the place of the lidar, counter-clockwise, with the lidar's noise. Goal and velocity are
+the true ones of the simulation, not the robot's estimates. Its action is speed and turn rate, which
+the base clamps to its limits; the protective layer of the simulation stays below it. The reward is
+the progress along the first global path, metres, plus 10 at the goal and minus 10 at contact.
+
+An observation is made at the end of a step. ``info["command"]`` is what the robot was commanded
+during that step, within the limits of the base, and ``info["protected"]`` says whether the
+protective layer then changed it: the command belongs to the observation before.
+
+With ``render_mode="rgb_array"``, ``render`` returns a picture.
+
+A mission is truncated at the time limit of its world: 3600 s, which is 36,000 steps of 0.1 s, for
+the scenes. ``time_limit_s`` of :func:`make` and of ``inbye.bench.worlds`` sets it.
 
 A goal with a yaw is reached only when the robot stands in that direction too. The observation does
 not have this yaw: give goals without one, or add it, for example with a wrapper.
@@ -38,6 +48,10 @@ __all__ = ["Env", "VectorEnv", "make", "make_vector"]
 
 Observation = dict[str, NDArray[Any]]
 Action = NDArray[np.float64]
+Picture = NDArray[np.uint8]
+
+# The only mode of rendering.
+_PICTURES = "rgb_array"
 
 # What is known of a mission that has ended.
 _ENDED = ("outcome", "world", "seed", "time_s", "digest", "reason")
@@ -75,19 +89,37 @@ def _check_options(options: dict[str, Any] | None) -> None:
         raise _native.InbyeError(f"options: {keys} has no effect here: leave it out")
 
 
+def _metadata(native: _native.Environments, mode: str | None) -> dict[str, Any]:
+    """Return what Gymnasium wants to know about pictures."""
+    if mode not in (None, _PICTURES):
+        raise _native.InbyeError(f'render_mode is {mode}: only "{_PICTURES}" is possible')
+    return {"render_modes": [_PICTURES], "render_fps": round(1.0 / native.period_s)}
+
+
+def _pictures(native: _native.Environments, mode: str | None) -> list[Picture]:
+    if mode is None:
+        raise _native.InbyeError(f'render: make the environment with render_mode="{_PICTURES}"')
+    return native.pictures()
+
+
 class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
     """Many robots on the missions of all worlds and seeds in turn.
 
     With ``navigator`` inbye drives and the actions count for nothing: ``info["command"]`` has its
-    velocities, and what the agent sees is what inbye decided from. A robot whose mission ends
-    begins the next one in the same step; what it saw last is in ``info["final_obs"]``, and
-    ``info["final_info"]`` has the outcome, world, seed, time and, for inbye, the digest of its
-    trace and the reason of a failure, which are those of a single run. On a GPU, ``engine="gpu"``,
-    the decisions of all robots are evaluated in batches. A mission that cannot start ends in its
-    first step, with the outcome "failed" or "error"; if none can, ``reset`` or ``step`` raises.
+    velocities, which it decided from the scan of the observation before. It knows pose and velocity
+    only by its estimates, while goal and velocity of an observation are the true ones.
 
-    ``threads`` is 1 by default, and on a GPU the number of robots, up to 256. An environment with
-    several threads works only in the process that made it, not in one that ``os.fork`` makes later.
+    A robot whose mission ends begins the next one in the same step; what it saw last is in
+    ``info["final_obs"]``, and ``info["final_info"]`` has the outcome, world, seed, time and, for
+    inbye, the digest of its trace and the reason of a failure, which are those of a single run.
+    ``info["world"]`` and ``info["seed"]`` of ``reset`` and of such a step are those of the missions
+    that go on. On a GPU, ``engine="gpu"``, the decisions of all robots are evaluated in batches. A
+    mission that cannot start ends in its first step, with the outcome "failed" or "error"; if none
+    can, ``reset`` or ``step`` raises.
+
+    ``max_episode_steps`` truncates missions after this many steps. ``threads`` is 1 by default, and
+    on a GPU the number of robots, up to 256. An environment with several threads works only in the
+    process that made it, not in one that ``os.fork`` makes later.
     """
 
     def __init__(
@@ -100,6 +132,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
         navigator: bool = False,
         engine: str = "cpu",
         threads: int | None = None,
+        max_episode_steps: int | None = None,
+        render_mode: str | None = None,
     ) -> None:
         self._native = _native.Environments(
             list(worlds),
@@ -109,9 +143,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
             navigator=navigator,
             engine=engine,
             threads=threads,
+            max_steps=max_episode_steps,
         )
         self.num_envs = num_envs
-        self.metadata = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        self.render_mode = render_mode
+        autoreset = {"autoreset_mode": AutoresetMode.SAME_STEP}
+        self.metadata = _metadata(self._native, render_mode) | autoreset
         observation, action = _spaces(self._native)
         batch = gymnasium.vector.utils.batch_space
         self.single_observation_space, self.single_action_space = observation, action
@@ -138,7 +175,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
             seed = seed[0]
         super().reset(seed=seed)
         first = 0 if seed is None else int(self.np_random.integers(self._jobs))
-        return _observation(self._native.reset(first)), self._info()
+        return _observation(self._native.reset(first)), self._info() | self._missions()
 
     def step(
         self, actions: Action
@@ -147,11 +184,21 @@ class VectorEnv(gymnasium.vector.VectorEnv[Observation, Action, NDArray[Any]]):
         seen, rewards, ends, finished = self._native.step(actions)
         info = self._info()
         if finished:
+            info |= self._missions()
             self._add_final(info, ends > 0, finished)
         return _observation(seen), rewards, ends == 1, ends == 2, info
 
+    def render(self) -> tuple[Picture, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Draw each robot on its mission from above, as :meth:`Env.render` does."""
+        return tuple(_pictures(self._native, self.render_mode))
+
     def _info(self) -> dict[str, Any]:
-        return {"command": np.asarray(self._native.commands)}
+        commands, is_protected = self._native.commands
+        return {"command": commands, "protected": is_protected}
+
+    def _missions(self) -> dict[str, Any]:
+        worlds, seeds = zip(*self._native.missions, strict=True)
+        return {"world": np.array(worlds, object), "seed": np.array(seeds, np.uint64)}
 
     def _add_final(
         self,
@@ -185,10 +232,13 @@ class Env(gymnasium.Env[Observation, Action]):
         *,
         seeds: Sequence[SupportsIndex] = range(1),
         config: Settings | None = None,
+        render_mode: str | None = None,
     ) -> None:
         self._native = _native.Environments(
             list(worlds), 1, seeds=list(seeds), config=config, autoreset=False
         )
+        self.render_mode = render_mode
+        self.metadata = _metadata(self._native, render_mode)
         self.observation_space, self.action_space = _spaces(self._native)
         self._jobs, self._next = len(worlds) * len(seeds), 0
 
@@ -209,29 +259,53 @@ class Env(gymnasium.Env[Observation, Action]):
         """Drive for one control period. Raises after the end of an episode."""
         seen, rewards, ends, finished = self._native.step(np.reshape(action, (1, -1)))
         end = int(ends[0])
-        info: dict[str, Any] = {}
+        commands, is_protected = self._native.commands
+        info: dict[str, Any] = {"command": commands[0], "protected": bool(is_protected[0])}
         for _, ended, _ in finished:
-            info = dict(zip(_ENDED, ended, strict=True))
+            info |= zip(_ENDED, ended, strict=True)
         return _first(seen), float(rewards[0]), end == 1, end == 2, info
 
+    def render(self) -> Picture:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Draw the robot on its mission from above: rows of pixels, the longest side has 512.
 
-def _worlds(kind: str, path: str | None) -> list[World]:
-    return bench.worlds(kind=kind) if path is None else bench.worlds(kind=kind, path=path)
+        The first global path is light blue, the goal green, the robot blue with a yellow nose, and
+        what the lidar sees red.
+        """
+        (picture,) = _pictures(self._native, self.render_mode)
+        return picture
 
 
-def make(kind: str, path: str | None = None, **options: Any) -> Env:  # noqa: ANN401
-    """Make an environment in worlds of a kind, with the folder of their files."""
-    return Env(_worlds(kind, path), **options)
+def _worlds(kind: str, path: str | None, time_limit_s: float | None) -> list[World]:
+    group = {"kind": kind, "path": path, "time_limit_s": time_limit_s}
+    given: dict[str, Any] = {key: value for key, value in group.items() if value is not None}
+    return bench.worlds(**given)
+
+
+def make(
+    kind: str,
+    path: str | None = None,
+    *,
+    time_limit_s: float | None = None,
+    **options: Any,  # noqa: ANN401
+) -> Env:
+    """Make an environment in worlds of a kind, with the folder of their files.
+
+    ``time_limit_s`` is for the kinds that have no limit of their own. Give ``seeds`` as a list for
+    ``env.spec.to_json()``, because JSON has no ranges.
+    """
+    return Env(_worlds(kind, path, time_limit_s), **options)
 
 
 def make_vector(
     kind: str,
     path: str | None = None,
     num_envs: int = 1,
+    *,
+    time_limit_s: float | None = None,
     **options: Any,  # noqa: ANN401
 ) -> VectorEnv:
-    """Make many environments in worlds of a kind, with the folder of their files."""
-    return VectorEnv(_worlds(kind, path), num_envs, **options)
+    """Make many environments in worlds of a kind, as :func:`make` does."""
+    return VectorEnv(_worlds(kind, path, time_limit_s), num_envs, **options)
 
 
 for _name, _kind in (("Scene", "scenes"), ("Barn", "barn"), ("DynaBarn", "dynabarn")):

@@ -21,6 +21,8 @@ __all__ = ["decision", "map", "trace"]
 
 # Most sampled paths of a picture: more cannot be distinguished.
 _MOST_PATHS = 400
+# The engines round positions: a sample of the same problem ends at most this far away.
+_SAME_END_M = 0.05
 
 
 def _axes(axes: Axes | None) -> Axes:
@@ -32,7 +34,7 @@ def _axes(axes: Axes | None) -> Axes:
 
 
 def map(world: Map, *, axes: Axes | None = None) -> Axes:  # noqa: A001
-    """Draw a map: walls black, unknown cells grey."""
+    """Draw a map: walls black, unknown cells grey, closed zones red, speed limits orange."""
     axes = _axes(axes)
     cells = world.cells.astype(np.float64)
     x, y, yaw = world.origin
@@ -41,16 +43,17 @@ def map(world: Map, *, axes: Axes | None = None) -> Axes:  # noqa: A001
         np.arange(cells.shape[0] + 1) * world.resolution_m,
     )
     sine, cosine = np.sin(yaw), np.cos(yaw)
+    across = x + cosine * corners[0] - sine * corners[1]
+    along = y + sine * corners[0] + cosine * corners[1]
     darkness = np.where(cells < 0, 30.0, cells)
-    axes.pcolormesh(
-        x + cosine * corners[0] - sine * corners[1],
-        y + sine * corners[0] + cosine * corners[1],
-        darkness,
-        cmap="Greys",
-        vmin=0.0,
-        vmax=130.0,
-        rasterized=True,
-    )
+    axes.pcolormesh(across, along, darkness, cmap="Greys", vmin=0.0, vmax=130.0, rasterized=True)
+    if world.zones is not None:
+        # The lower a limit is, the redder is its zone; a closed one has the limit zero.
+        limits = np.where(world.zones == 100, 0, world.zones)
+        shown = np.ma.masked_where(world.zones == 0, limits)
+        axes.pcolormesh(
+            across, along, shown, cmap="autumn", vmin=0.0, vmax=130.0, alpha=0.4, rasterized=True
+        )
     return axes
 
 
@@ -69,9 +72,13 @@ def decision(
             f"the decision has {len(samples)} samples and the problem {len(problem)}: "
             "give the decision of this problem"
         )
-    axes = _axes(axes) if world is None else map(world, axes=axes)
     shown = range(0, len(samples), -(-len(samples) // _MOST_PATHS))
     paths = [problem.path(index) for index in shown]
+    ends = np.array([path[-1] for path in paths])
+    away_m = np.abs(ends - np.column_stack([samples["x"], samples["y"]])[shown]).max()
+    if away_m > _SAME_END_M:
+        raise ValueError("the samples end elsewhere: give the decision of this problem")
+    axes = _axes(axes) if world is None else map(world, axes=axes)
     scores = np.array([samples["score"][index] for index in shown])
     admissible = np.isfinite(scores)
     rejected = [path for path, is_good in zip(paths, admissible, strict=True) if not is_good]

@@ -156,15 +156,9 @@ impl<'a> View<'a> {
             fastest = safety.fastest(fastest);
         }
         let fastest = fastest.min(state.speed_limit);
-        // Widened by what braking needs to get there: the robot reaches every sample, and drives it as it was evaluated.
-        let in_reach =
-            |speed: f64| limits.reachable(&self.twist, &Twist::new(speed, 0.0), state.tick).linear;
-        let within = |speed: f64| speed.clamp(limits.min_vel_x, limits.max_vel_x);
-        Limits {
-            min_vel_x: within(0.0_f64.min(in_reach(0.0))),
-            max_vel_x: within(fastest.max(in_reach(fastest))),
-            ..*limits
-        }
+        // The robot reaches every sample, and drives it as it was evaluated.
+        let slowed_to = |fastest: f64| limits.slowed_to(fastest, &self.twist, state.tick);
+        Limits { min_vel_x: slowed_to(0.0).min_vel_x, ..slowed_to(fastest) }
     }
 }
 

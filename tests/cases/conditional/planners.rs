@@ -25,30 +25,56 @@ const DRIVES_S: f64 = 10.0;
 const CONTROLLERS: [&str; 6] =
     ["stop_and_go", "dwa_points", "regulated_pure_pursuit", "vfh_plus", "mppi", "orca"];
 
+const DEAD_END: [&str; 4] = ["--scene", "dead_end", "--obstacles", "0"];
+
 const SIMULATORS: [&str; 3] = ["unicycle", "mujoco_skid_steer", "irsim_people"];
 
 pub fn trials() -> Vec<Trial> {
     let controllers = CONTROLLERS.map(|name| {
         Trial::ignorable_test(format!("controller_{name}_drives"), move || {
-            PYTHON.run(|python| drives(python, "--controller", &format!("planners/{name}.py")))
+            PYTHON.run(|python| {
+                drives(python, "--controller", &format!("planners/{name}.py"), &DEAD_END)
+            })
         })
     });
     let simulators = SIMULATORS.map(|name| {
         Trial::ignorable_test(format!("inbye_drives_in_simulator_{name}"), move || {
-            PYTHON.run(|python| drives(python, "--simulator", &format!("simulators/{name}.py")))
+            PYTHON.run(|python| {
+                drives(python, "--simulator", &format!("simulators/{name}.py"), &DEAD_END)
+            })
         })
     });
-    controllers.into_iter().chain(simulators).collect()
+    let turned =
+        Trial::ignorable_test("simulator_irsim_people_has_the_walls_of_a_turned_map", || {
+            PYTHON.run(drives_in_a_turned_room)
+        });
+    controllers.into_iter().chain(simulators).chain([turned]).collect()
 }
 
-/// The robot drives more than two metres of the dead end without contact, twice with the same bits.
-fn drives(python: &Path, option: &str, example: &str) -> Result<(), Failed> {
+/// In a room of 8 m by 4 m whose map is turned by 0.6 rad, from one end to the other.
+fn drives_in_a_turned_room(python: &Path) -> Result<(), Failed> {
+    let folder = tempfile::tempdir()?;
+    let wall = "0 ".repeat(160);
+    let inside = format!("0 {}0\n", "254 ".repeat(158));
+    let image = format!("P2\n160 80\n255\n{wall}\n{}{wall}\n", inside.repeat(78));
+    std::fs::write(folder.path().join("room.pgm"), image)?;
+    let map = folder.path().join("room.yaml");
+    let place = "image: room.pgm\nresolution: 0.05\norigin: [-2.0, -1.0, 0.6]\n";
+    std::fs::write(&map, format!("{place}negate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n"))?;
+    let map = map.display().to_string();
+    let way = ["--start=-2.304,1.215,0.6", "--goal=2.648,4.603"];
+    let place = ["--map", &map, way[0], way[1]];
+    drives(python, "--simulator", "simulators/irsim_people.py --people 0", &place)
+}
+
+/// The robot drives more than two metres without contact, twice with the same bits.
+fn drives(python: &Path, option: &str, example: &str, place: &[&str]) -> Result<(), Failed> {
     let drive = || -> Result<Value, Failed> {
         let command = format!("{} {ROOT}/examples/{example}", python.display());
         let limit_s = DRIVES_S.to_string();
         let output = Command::new(env!("CARGO_BIN_EXE_inbye"))
-            .args(["drive", "--scene", "dead_end", "--obstacles", "0", "--engine", "cpu"])
-            .args(["--quiet", "--json"])
+            .args(["drive", "--engine", "cpu", "--quiet", "--json"])
+            .args(place)
             .args(["--time-limit", &limit_s, option, &command])
             .output()?;
         let object = serde_json::from_slice(&output.stdout);
