@@ -78,14 +78,16 @@ impl Openings {
         self.gaps.iter_mut().for_each(|gap| gap.missed += 1);
         for beams in beams_beside_gaps(scan) {
             let seen = beams.map(|beam| scan.angle(beam));
-            let differences = |before: [f64; 2]| {
-                [0, 1].map(|side: usize| wrap_angle(seen[side] - before[side]).abs())
+            let differ = |one: [f64; 2], other: [f64; 2], is: &dyn Fn(f64) -> bool| {
+                one.iter().zip(other).all(|(one, other)| is(wrap_angle(one - other).abs()))
             };
-            let is_same = |gap: &&mut Gap| {
-                differences(gap.directions(pose, scan)).iter().all(|differs| *differs <= error)
-            };
+            let is_same =
+                |gap: &&mut Gap| differ(seen, gap.directions(pose, scan), &|by| by <= error);
             if let Some(gap) = self.gaps.iter_mut().find(is_same) {
-                let has_turned = differences(gap.first).iter().all(|differs| *differs >= turned);
+                // By the scan, and by the motion of the robot: a loose cover alone moves too.
+                let has_turned = [seen, gap.directions(pose, scan)]
+                    .into_iter()
+                    .all(|now| differ(now, gap.first, &|by| by >= turned));
                 gap.missed = 0;
                 gap.turned += u32::from(has_turned);
             } else {
@@ -219,6 +221,17 @@ mod tests {
             (0..30).map(|step| Pose { yaw: PI - 0.02 * f64::from(step), ..back }).collect();
         let stopped = stops(&mut health, &turn, |direction| direction.abs() < 0.3);
         assert!(stopped[3..].iter().all(|stops| *stops), "{stopped:?}");
+    }
+
+    #[test]
+    fn loose_cover_before_a_standing_robot_is_no_opening() {
+        let mut health = ScanHealth::default();
+        let stands = Pose::new(-2.0, 0.0, PI);
+        let stops_at = |scan: u32| {
+            let half_width = if scan.is_multiple_of(2) { 0.3 } else { 0.335 };
+            stops(&mut health, &[stands], |direction| direction.abs() < half_width)[0]
+        };
+        assert!((0..40).map(stops_at).skip(2).all(|stops| stops));
     }
 
     #[test]
