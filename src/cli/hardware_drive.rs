@@ -108,6 +108,8 @@ pub struct HardwareDrive {
 pub struct HardwareReport {
     pub object: Value,
     pub lines: Vec<String>,
+    /// Whether the base followed its commands to the end.
+    pub is_sound: bool,
 }
 
 impl HardwareDrive {
@@ -119,9 +121,8 @@ impl HardwareDrive {
     /// Stops the base, closes the ports and reports, with the number of late ticks of the mission.
     pub fn end(self, late_ticks: u64) -> HardwareReport {
         let Self { line, lidar_port, robot, .. } = self;
-        let status = robot.base_status();
         let lidar = lidar_port.zip(robot.lidar_status());
-        drop(robot);
+        let status = robot.end();
         let mut object = base::line_object(&line, &status);
         // The mission may notice the signal before the base's thread does.
         let interrupted = is_interrupted() || !status.is_running;
@@ -153,11 +154,13 @@ impl HardwareDrive {
             lines.extend(status.fault.iter().map(|why| format!("no scans     {why}")));
         }
         lines.extend(status.last_failure.iter().map(|why| format!("line failed  {why}")));
-        if let Some(why) = stop_cause(&status) {
+        let cause = stop_cause(&status);
+        let is_sound = cause.is_none();
+        if let Some(why) = cause {
             lines.push(format!("stopped      {why}"));
         } else if interrupted {
             lines.push("stopped      by a signal".to_owned());
         }
-        HardwareReport { object, lines }
+        HardwareReport { object, lines, is_sound }
     }
 }

@@ -292,6 +292,12 @@ impl HardwareRobot {
         self.base.status()
     }
 
+    /// Stops the base, as [`BaseSupervisor::end`], and returns its last status.
+    #[must_use]
+    pub fn end(self) -> SupervisorStatus {
+        self.base.end()
+    }
+
     /// The lidar's status; none without a lidar.
     #[must_use]
     pub fn lidar_status(&self) -> Option<LidarStatus> {
