@@ -23,7 +23,7 @@ use serde_json::{Value, json};
 use super::arguments::{EngineArguments, Place, above_zero, duration, real, whole};
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
-use super::files::{command_line, open_file};
+use super::files::{all_written, command_line, open_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
 use super::map_file::{self, EndArguments, MapArguments, MapInput, MapSettings};
@@ -258,13 +258,13 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     };
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
+    let is_sound = base.as_ref().is_none_or(|base| base.is_sound);
     // The result comes first: a picture that cannot be written must not cost it.
     let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
     output::result(&object, lines)?;
-    if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
-        output.write(&changes.applied_to(&mission.map))?;
-    }
-    if let Some(playback) = playback.as_ref().filter(|_| files.pictures.are_requested) {
+    let changes = files.updated_map.zip(result.map_changes.as_ref());
+    let mapped = changes.map(|(output, it)| output.write(&it.applied_to(&mission.map)).map(drop));
+    let drawn = playback.as_ref().filter(|_| files.pictures.are_requested).map(|playback| {
         let (command, facts) = (&command_line(), &drive_text::facts(&result, seed));
         let view = MissionView {
             title: &map_name,
@@ -275,10 +275,11 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
             playback: Some(playback),
             facts,
         };
-        files.pictures.write(arguments.hardware.description(), view, playback)?;
-    }
+        files.pictures.write(arguments.hardware.description(), view, playback)
+    });
+    all_written(mapped.into_iter().chain(drawn))?;
     let is_recorded = recording.is_none_or(|recording| recording.is_whole);
-    Ok(result.reached && !result.collided && is_recorded)
+    Ok(result.reached && !result.collided && is_recorded && is_sound)
 }
 
 /// The result as JSON and as text.

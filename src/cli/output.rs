@@ -1,10 +1,10 @@
 //! Printing: results to standard output, everything else to standard error, in colour on a terminal. A closed pipe, as after
-//! `head`, is no error: the rest is dropped.
+//! `head`, is no error: the rest is dropped. Any other result that cannot be written is an error at the end of the command: the
+//! command itself goes on, stops its base and writes its files.
 
 use std::borrow::Cow;
 use std::fmt;
 use std::io::{self, ErrorKind, IsTerminal, Write};
-use std::process::exit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -173,22 +173,30 @@ pub fn line(text: impl AsRef<str>) {
     let mut out = anstream::stdout().lock();
     let text = text.as_ref();
     let folded = if io::stdout().is_terminal() { folded(text) } else { Cow::Borrowed(text) };
-    end_if_not_written(writeln!(out, "{folded}").and_then(|()| out.flush()));
+    note_if_not_written(writeln!(out, "{folded}").and_then(|()| out.flush()));
 }
 
 /// Prints help, or the version.
 pub fn print_help(help: &clap::Error) {
-    end_if_not_written(help.print().and_then(|()| io::stdout().flush()));
+    note_if_not_written(help.print().and_then(|()| io::stdout().flush()));
 }
 
-/// A result that is not written is an error, unless its reader wants no more.
-fn end_if_not_written(written: io::Result<()>) {
+/// Whether a result could not be written, for another reason than a reader who wants no more.
+static IS_INCOMPLETE: AtomicBool = AtomicBool::new(false);
+
+/// Prints the first error of standard output.
+fn note_if_not_written(written: io::Result<()>) {
     if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
+        && !IS_INCOMPLETE.swap(true, Ordering::Relaxed)
     {
         print_error_text(&format!("standard output: {error}"));
-        exit(2);
     }
+}
+
+/// Whether a result, or a part of it, could not be written.
+pub fn is_incomplete() -> bool {
+    IS_INCOMPLETE.load(Ordering::Relaxed)
 }
 
 /// A text whose lines have at most 100 characters, unless a word is longer.
