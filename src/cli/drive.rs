@@ -87,7 +87,8 @@ pub struct DriveArguments {
     /// period on a real base].
     #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = real(above_zero(1e6), "milliseconds, above zero and at most 1e6"))]
     pub deadline: Option<f64>,
-    /// Time limit of the drive, seconds of simulated time.
+    /// Time limit of the drive, seconds of simulated time; on a real base of real time, without the time in which it waits for its
+    /// operator.
     #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
     pub time_limit: f64,
     #[command(flatten)]
@@ -396,7 +397,7 @@ pub fn drive(
     let mut nearest_m = far_m;
     let began = Instant::now();
     let mut log = output::is_verbose().then(DriveLog::default);
-    let mut is_late_known = false;
+    let (mut is_late_known, mut waits) = (false, false);
     let mut on_tick = |tick: &TickEvent<'_>| {
         if let Some(playback) = &mut playback {
             playback.record(tick);
@@ -410,6 +411,11 @@ pub fn drive(
         let late = tick.navigator.tick_clock().last().warning();
         if let Some(late) = late.filter(|_| !std::mem::replace(&mut is_late_known, true)) {
             bar.suspend(|| output::warn(format!("the control loop is late: {late}")));
+        }
+        let action = tick.protective_action;
+        if std::mem::replace(&mut waits, action.awaits_operator()) != waits {
+            let state = if waits { action.name().replace('_', " ") } else { what.to_owned() };
+            bar.set_message(state);
         }
         nearest_m = nearest_m.min((goal - tick.row.pose.position()).norm());
         bar.set_position(output::whole_cm(far_m - nearest_m));

@@ -14,7 +14,7 @@ use clap::{ArgAction, Args};
 use env_logger::fmt::Formatter;
 use env_logger::{Builder, Logger};
 use indicatif::style::ProgressTracker;
-use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use log::{Level, LevelFilter, Log, Metadata, Record};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -319,13 +319,22 @@ fn bar(steps: u64, what: &str, done: impl ProgressTracker + 'static) -> Progress
     if log::max_level() != LevelFilter::Info {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{msg:24} [{bar:24}] {done}, {elapsed}, {eta} left")
+    let style = ProgressStyle::with_template("{msg:24} [{bar:24}] {done}, {elapsed}{left}")
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .with_key("done", done)
+        .with_key("left", write_left)
         .progress_chars("=> ");
     let bar = ProgressBar::new(steps).with_style(style).with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
+}
+
+/// The time left, which is unknown before the first step.
+fn write_left(state: &ProgressState, out: &mut dyn fmt::Write) {
+    if state.pos() > 0 {
+        // A bar that cannot be written is no error.
+        let _ = write!(out, ", {} left", HumanDuration(state.eta()));
+    }
 }
 
 #[cfg(test)]
