@@ -228,7 +228,7 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     let mut playback = if arguments.live.is_none() { files.playback() } else { None };
     let mut recording = files
         .recording
-        .map(|file| Recording::begin(file, mission, &config, engine.name(), hardware.is_some()));
+        .map(|file| Recording::begin(file, mission, &config, engine.name(), hardware.as_ref()));
     let live = live_view(arguments, &map_name, mission, &config, hardware.as_ref())?;
     let observers = DriveObservers {
         playback: playback.as_mut(),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
+use inbye::base::ld19::PACKET_LENGTH;
 use inbye::base::{OperatorSwitch, Protocol};
 use inbye::geometry::Pose;
 use inbye::robot::Limits;
@@ -19,6 +20,9 @@ use super::drive_text::SIMULATED;
 use super::machine::{interrupt_flag, is_interrupted};
 use super::operator;
 use super::output;
+
+/// Share of damaged bytes above which a line is bad: a good line has next to none.
+const BAD_LINE: f64 = 0.01;
 
 /// The base of a drive.
 #[derive(Debug, Args)]
@@ -118,6 +122,11 @@ impl HardwareDrive {
         self.line.cap_speed(limits);
     }
 
+    /// The shortest range of the lidar, metres; none without a real one.
+    pub fn lidar_range_min_m(&self) -> Option<f64> {
+        self.lidar_port.as_ref().map(|_| self.line.config.lidar.range_min_m)
+    }
+
     /// Stops the base, closes the ports and reports, with the number of late ticks of the mission.
     pub fn end(self, late_ticks: u64) -> HardwareReport {
         let Self { line, lidar_port, robot, .. } = self;
@@ -152,6 +161,14 @@ impl HardwareDrive {
                 status.revolutions, status.dropped_bytes
             ));
             lines.extend(status.fault.iter().map(|why| format!("no scans     {why}")));
+            let dropped = status.dropped_bytes as f64;
+            let share = dropped / (dropped + (status.packets * PACKET_LENGTH as u64) as f64);
+            if share > BAD_LINE {
+                let percent = 100.0 * share;
+                lines.push(format!(
+                    "lidar line   {percent:.0} % of its bytes are damaged: check the cable, its length and its ground"
+                ));
+            }
         }
         lines.extend(status.last_failure.iter().map(|why| format!("line failed  {why}")));
         let cause = stop_cause(&status);
