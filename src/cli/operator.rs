@@ -10,9 +10,9 @@ use std::time::Duration;
 use anyhow::ensure;
 use inbye::base::OperatorSwitch;
 
+use super::refusal::refused;
 #[cfg(unix)]
 use super::stop_signals::take_stop_signal;
-use super::refusal::refused;
 use super::{operator_port, output};
 
 /// Time before the prompt in which lines that were typed already are read and dropped.
@@ -47,19 +47,26 @@ impl Operator {
     /// Arms the robot, and notes it.
     pub fn arm(&self) {
         self.switch.arm();
-        output::note(format!("armed{}", self.means(["press Enter", "POST /stop"], "stop the robot")));
+        output::note(format!(
+            "armed{}",
+            self.means(["press Enter", "POST /stop"], "stop the robot")
+        ));
     }
 
     /// Stops the robot, and notes it.
     pub fn stop(&self) {
         self.switch.stop();
-        output::note(format!("stopped by the operator{}", self.means_to_arm("arm the robot again")));
+        output::note(format!(
+            "stopped by the operator{}",
+            self.means_to_arm("arm the robot again")
+        ));
     }
 
     fn means_to_arm(&self, purpose: &str) -> String {
         let means = self.means(["type arm and press Enter", "POST /arm"], purpose);
         if means.is_empty() {
-            return ": end the program; to arm the robot again, start with --operator-port N".to_owned();
+            return ": end the program; to arm the robot again, start with --operator-port N"
+                .to_owned();
         }
         means
     }

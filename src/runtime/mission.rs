@@ -264,7 +264,9 @@ impl MissionResult {
         let why = match (self.early_end, &self.fault, &self.robot_fault) {
             // An interrupt also ends the wait for a program, and so the mission.
             (Some(EarlyEnd::Interrupted), ..) => EarlyEnd::Interrupted.text().to_owned(),
-            (_, Some(fault), _) => fault.to_string(),
+            // A lost line to the base, say, is the cause of what the navigator lacked.
+            (_, Some(fault), Some(cause)) => format!("{fault}; {cause}"),
+            (_, Some(fault), None) => fault.to_string(),
             (None, None, _) => "the time was up".to_owned(),
             (Some(EarlyEnd::RobotStopped), None, Some(fault)) => fault.clone(),
             (Some(early_end), None, _) => early_end.text().to_owned(),

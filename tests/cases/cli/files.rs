@@ -348,7 +348,8 @@ fn outputs_without_room_keep_the_earlier_content() {
 fn result_that_cannot_be_written_costs_no_file() {
     let place = Workplace::new();
     let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("a device");
-    let arguments = "drive --scene roadway --time-limit 1 --engine cpu --report page --record a.jsonl";
+    let arguments =
+        "drive --scene roadway --time-limit 1 --engine cpu --report page --record a.jsonl";
     let mut command = Command::new(env!("CARGO_BIN_EXE_inbye"));
     let run = command.args(arguments.split(' ')).current_dir(place.path("")).stdout(full).output();
     let run = run.expect("the program starts");

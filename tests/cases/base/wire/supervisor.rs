@@ -160,10 +160,8 @@ fn end_waits_for_the_standstill_and_reports_a_base_that_drives_on() {
     for (reports_at_speed, stops) in [(Some(100), true), (None, false)] {
         let open: OpenBase =
             Box::new(move || Ok(Box::new(SlowToStop { now: Twist::STOP, reports_at_speed })));
-        let settings = SupervisorSettings::default()
-            .rate_hz(200.0)
-            .target_timeout_s(2.0)
-            .max_gap_s(2.0);
+        let settings =
+            SupervisorSettings::default().rate_hz(200.0).target_timeout_s(2.0).max_gap_s(2.0);
         let supervisor =
             BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default());
         let supervisor = supervisor.expect("a connection");
@@ -178,7 +176,10 @@ fn end_waits_for_the_standstill_and_reports_a_base_that_drives_on() {
             assert_eq!(status.feedback.expect("reports").twist, Twist::STOP);
         } else {
             let why = why.expect("a cause");
-            assert!(why.contains("keeps 0.50 m/s") && why.contains("cut the motors' power"), "{why}");
+            assert!(
+                why.contains("keeps 0.50 m/s") && why.contains("cut the motors' power"),
+                "{why}"
+            );
         }
     }
 }
