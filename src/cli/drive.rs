@@ -357,7 +357,8 @@ fn live_view(
     let Some(port) = arguments.live else {
         return Ok(None);
     };
-    let stop = hardware.filter(|_| arguments.hardware.operator).map(|base| base.switch.clone());
+    let stop =
+        hardware.filter(|_| arguments.hardware.operator).map(|base| base.operator.switch.clone());
     let drive = LiveDrive { title, command: &command_line(), mission, config, stop };
     let live = LiveView::start(port, drive).map_err(|error| {
         let what = format!("--live {port}: cannot be served");
@@ -398,6 +399,7 @@ pub fn drive(
     let began = Instant::now();
     let mut log = output::is_verbose().then(DriveLog::default);
     let (mut is_late_known, mut waits) = (false, false);
+    let operator = hardware.as_ref().map(|hardware| hardware.operator.clone());
     let mut on_tick = |tick: &TickEvent<'_>| {
         if let Some(playback) = &mut playback {
             playback.record(tick);
@@ -417,7 +419,9 @@ pub fn drive(
             let state = if waits { action.name().replace('_', " ") } else { what.to_owned() };
             bar.set_message(state);
         }
-        nearest_m = nearest_m.min((goal - tick.row.pose.position()).norm());
+        let away_m = (goal - tick.row.pose.position()).norm();
+        operator.iter().for_each(|operator| operator.show(tick, away_m));
+        nearest_m = nearest_m.min(away_m);
         bar.set_position(output::whole_cm(far_m - nearest_m));
         if let Some(warning) = recording.as_mut().and_then(|it| it.record(tick)) {
             bar.suspend(|| output::warn(warning));

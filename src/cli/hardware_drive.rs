@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
+use inbye::base::Protocol;
 use inbye::base::ld19::PACKET_LENGTH;
-use inbye::base::{OperatorSwitch, Protocol};
 use inbye::geometry::Pose;
 use inbye::robot::Limits;
 use inbye::runtime::Config;
@@ -18,7 +18,7 @@ use super::arguments::{protocol, whole};
 use super::base;
 use super::drive_text::SIMULATED;
 use super::machine::{interrupt_flag, is_interrupted};
-use super::operator;
+use super::operator::{self, Operator};
 use super::output;
 
 /// Share of damaged bytes above which a line is bad: a good line has next to none.
@@ -94,8 +94,8 @@ impl HardwareArguments {
         let layer = config.protective_layer(line.config.supervisor.period_s())?;
         let switch = layer.operator();
         let robot = HardwareRobot::new(base, lidar, layer, start);
-        operator::serve(&switch, self.arm, self.operator_port)?;
-        Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot, switch }))
+        let operator = operator::serve(switch, self.arm, self.operator_port)?;
+        Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot, operator }))
     }
 }
 
@@ -104,8 +104,8 @@ pub struct HardwareDrive {
     line: SerialLine,
     pub lidar_port: Option<String>,
     pub robot: HardwareRobot,
-    /// The operator's switch of the protective layer.
-    pub switch: OperatorSwitch,
+    /// The operator, with the switch of the protective layer.
+    pub operator: Operator,
 }
 
 /// State of the robot after a mission, as JSON and as text.

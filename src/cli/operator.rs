@@ -2,13 +2,16 @@
 
 use std::io::{self, IsTerminal};
 use std::net::{Ipv4Addr, TcpListener};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use anyhow::ensure;
 use inbye::base::OperatorSwitch;
+use inbye::geometry::Pose;
+use inbye::runtime::TickEvent;
+use serde_json::{Value, json};
 
 use super::refusal::refused;
 #[cfg(unix)]
@@ -41,9 +44,37 @@ pub struct Operator {
     has_terminal: bool,
     /// The port on localhost.
     port: Option<u16>,
+    /// The state of the drive; none before its first tick.
+    progress: Arc<Mutex<Option<Value>>>,
 }
 
 impl Operator {
+    /// Keeps the state of the drive in a tick for requests. The distance to the goal is in metres, along a straight line.
+    pub fn show(&self, tick: &TickEvent<'_>, goal_distance_m: f64) {
+        if self.port.is_none() {
+            return;
+        }
+        let Pose { x, y, yaw } = tick.row.belief;
+        *self.progress.lock().unwrap_or_else(PoisonError::into_inner) = Some(json!({
+            "time_s": tick.row.time_s,
+            "pose": [x, y, yaw],
+            "goal_distance_m": goal_distance_m,
+            "mode": tick.row.mode.name(),
+            "action": tick.protective_action.name(),
+            "cause": tick.robot_fault,
+        }));
+    }
+
+    /// The state of the switch and of the drive.
+    pub fn status(&self) -> Value {
+        let drive = self.progress.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let mut object = json!({ "state": self.switch.state().name() });
+        if let Some(drive) = drive {
+            object["drive"] = drive;
+        }
+        object
+    }
+
     /// Arms the robot, and notes it.
     pub fn arm(&self) {
         self.switch.arm();
@@ -85,9 +116,9 @@ impl Operator {
 
 /// Arms the robot if requested, and connects the operator to the switch. Enter in the terminal stops the robot, the word `arm`
 /// arms it; a port of localhost takes requests; SIGUSR1 stops it.
-pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow::Result<()> {
+pub fn serve(switch: OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow::Result<Operator> {
     let has_terminal = io::stdin().is_terminal();
-    let operator = Operator { switch: switch.clone(), has_terminal, port };
+    let operator = Operator { switch, has_terminal, port, progress: Arc::default() };
     if let Some(port) = port {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(|error| {
             let what = format!("--operator-port {port}: cannot be served");
@@ -112,8 +143,12 @@ pub fn serve(switch: &OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow:
     listens.store(true, Ordering::Relaxed);
     // A signal that came before is newer than the arming.
     #[cfg(unix)]
-    thread::Builder::new().name("stop signal".to_owned()).spawn(move || obey_signals(&operator))?;
-    Ok(())
+    {
+        let operator = operator.clone();
+        let name = "stop signal".to_owned();
+        thread::Builder::new().name(name).spawn(move || obey_signals(&operator))?;
+    }
+    Ok(operator)
 }
 
 /// Stops the robot at each SIGUSR1.

@@ -10,7 +10,6 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use inbye::base::OperatorState;
-use serde_json::json;
 
 use super::operator::Operator;
 
@@ -143,7 +142,7 @@ impl Client {
             (Some("GET"), Some("/status")) => "200 OK",
             _ => "404 Not Found",
         };
-        let body = json!({ "state": operator.switch.state().name() }).to_string();
+        let body = operator.status().to_string();
         let length = body.len();
         // A client that has gone needs no answer, and an answer this short fits into the buffer of every other one.
         let _ = write!(

@@ -333,7 +333,7 @@ fn bar(steps: u64, what: &str, done: impl ProgressTracker + 'static) -> Progress
 fn write_left(state: &ProgressState, out: &mut dyn fmt::Write) {
     if state.pos() > 0 {
         // A bar that cannot be written is no error.
-        let _ = write!(out, ", {} left", HumanDuration(state.eta()));
+        let _ = write!(out, ", {:#} left", HumanDuration(state.eta()));
     }
 }
 

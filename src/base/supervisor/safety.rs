@@ -250,10 +250,6 @@ impl SafetyController {
             self.interrupt(now_s, DriveStatus::Stopped(cause));
             return OutgoingCommand::EngageStop;
         }
-        if self.stands_by_s.is_some() {
-            self.interrupt(now_s, DriveStatus::NoTarget);
-            return OutgoingCommand::Drive(Twist::STOP);
-        }
         if self.release == Release::Due && self.has_feedback {
             if !self.standstill.is_still() {
                 // It was released while it could not report, or has begun to move since.
@@ -266,6 +262,10 @@ impl SafetyController {
         }
         if !self.has_feedback {
             self.interrupt(now_s, DriveStatus::AwaitingFeedback);
+            return OutgoingCommand::Drive(Twist::STOP);
+        }
+        if self.stands_by_s.is_some() {
+            self.interrupt(now_s, DriveStatus::NoTarget);
             return OutgoingCommand::Drive(Twist::STOP);
         }
         if let Some(action) = self.forbidden(now_s) {
@@ -412,6 +412,7 @@ impl SafetyController {
 
     /// Ends all motion for good: from now on only stops go out. [`Self::has_ended`] tells how long to send them.
     pub fn end(&mut self, now_s: f64) {
+        self.release = Release::None;
         let braking_s = self.fastest() / -self.base.tracks.decel_lim_track;
         self.stands_by_s = Some(now_s + braking_s + SETTLING_S);
     }

@@ -129,7 +129,7 @@ fn pure_pursuit_gives_its_highest_speeds() {
         (&own, "desired_linear_vel: 0.3", 0.3),
         (&own, "max_linear_vel: 0.7", 0.7),
         (&own, "desired_linear_vel: 0.6\n      max_linear_vel: 0.4", 0.4),
-        (&own, "lookahead_dist: 0.6", 0.5),
+        (&own, "max_angular_vel: 0.9", 0.5),
         (&shimmed, "desired_linear_vel: 0.3", 0.3),
     ] {
         let text = format!(
