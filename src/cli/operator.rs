@@ -96,8 +96,7 @@ impl Operator {
     fn means_to_arm(&self, purpose: &str) -> String {
         let means = self.means(["type arm and press Enter", "POST /arm"], purpose);
         if means.is_empty() {
-            return ": end the program; to arm the robot again, start with --operator-port N"
-                .to_owned();
+            return format!(": start with --operator-port N to {purpose}");
         }
         means
     }
@@ -137,7 +136,7 @@ pub fn serve(switch: OperatorSwitch, armed: bool, port: Option<u16>) -> anyhow::
     }
     if armed {
         operator.arm();
-    } else {
+    } else if has_terminal || port.is_some() {
         output::note(format!("not armed{}", operator.means_to_arm("arm the robot")));
     }
     listens.store(true, Ordering::Relaxed);
