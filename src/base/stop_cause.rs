@@ -15,11 +15,11 @@ pub enum StopCause {
     Requested,
     /// The base is at its own emergency stop.
     #[error(
-        "the base is at its emergency stop: check its surroundings, release the button, then release the stop"
+        "the base is at its emergency stop: check its surroundings, release the button, then release the stop with `inbye base send --release`"
     )]
     EmergencyStop,
     /// Faults found by the base or its driver.
-    #[error("the base reports: {0}")]
+    #[error("{}", fault_text(*.0))]
     Fault(Faults),
     /// A bumper is pressed.
     #[error(
@@ -121,6 +121,15 @@ pub enum StopCause {
         /// Age of the oldest command not yet accepted, seconds.
         delay_s: f64,
     },
+}
+
+fn fault_text(faults: Faults) -> String {
+    if faults == Faults::ENCODER {
+        // Found by the base, or by its driver on this side of the line.
+        return "an encoder is silent, or its count jumps: check the encoder's cable and the line to the base, then release the stop"
+            .to_owned();
+    }
+    format!("the base reports: {faults}")
 }
 
 /// Speed below which a base that ignores its commands stands, m/s and rad/s.

@@ -32,9 +32,6 @@ const LINE_PERIOD: Duration = Duration::from_millis(100);
 /// Speed below which a base stands, m/s and rad/s.
 const STANDSTILL: f64 = 0.01;
 
-/// Time beyond the ramp for a base to come to a standstill, seconds.
-const SETTLING_S: f64 = 1.0;
-
 /// `inbye base`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye base emulate --protocol native --for 1 --json\n\n\
@@ -161,8 +158,8 @@ pub struct LineArguments {
     after_help = "Example:\n  inbye base send --port /dev/ttyUSB0 --protocol wheeltec --linear 0.2 --for 2\n\n\
     The motion is ramped up, sent 50 times per second, and ramped down at the end. The base is stopped, with the reason, when it \
     does not follow its commands: a track that is stuck, runs away or runs in reverse, slip, delayed commands, an emergency \
-    stop, a fault. An error and every signal that ends or suspends a program, such as Ctrl-C and Ctrl-Z, end with three or more zero \
-    commands. After a SIGKILL or with a cut cable only the base's own watchdog acts, which WHEELTEC's published firmware does not have.\n\
+    stop, a fault. An error and every signal that ends or suspends a program, such as Ctrl-C and Ctrl-Z, end with zero commands until \
+    the base stands; after a second at most, a base that still moves is an error. After a SIGKILL or with a cut cable only the base's own watchdog acts, which WHEELTEC's published firmware does not have.\n\
     Exit status 1: the base was stopped, the connection was lost, or a signal came."
 )]
 pub struct SendArguments {
@@ -263,13 +260,9 @@ pub fn send(arguments: &SendArguments) -> anyhow::Result<bool> {
         supervisor.now_s() - start_s < arguments.for_s
     });
     let driven_s = supervisor.now_s() - start_s;
-    let tracks = line.config.base.tracks;
-    let latest_s = supervisor.now_s() + tracks.max_stopping_time_s() + SETTLING_S;
-    drive_while(&supervisor, &Twist::STOP, |supervisor, status| {
-        supervisor.now_s() < latest_s && !is_still(status)
-    });
-    let status = supervisor.status();
-    drop(supervisor);
+    // The ramp first: the end of the supervisor commands zero at once.
+    drive_while(&supervisor, &Twist::STOP, |_, status| !status.sent.is_below(STANDSTILL));
+    let status = supervisor.end();
     let interrupted = !status.is_running;
     let stopped = stop_cause(&status);
     let done = stopped.is_none() && !interrupted;

@@ -233,8 +233,7 @@ pub fn run(arguments: &CalibrateArguments) -> anyhow::Result<bool> {
         let is_there = |it: &Motion| it.driven_m >= arguments.distance;
         (driven, is_complete) = drive(Twist::new(SPEED, 0.0), &is_there, drive_s);
     }
-    let status = supervisor.status();
-    drop(supervisor);
+    let status = supervisor.end();
     let gyro = turned.gyro.filter(|_| arguments.turns > 0.0 && arguments.turned.is_none());
     let why = why_invalid(&status, is_complete, failures)
         .or_else(|| gyro.and_then(|gyro| gyro.unusable()));

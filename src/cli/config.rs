@@ -16,12 +16,42 @@ use super::output;
 /// Loads settings from the TOML file of a flag, or returns the defaults. Unknown keys and numbers out of range are errors. With
 /// `--verbose` the settings that differ from their defaults are printed.
 pub fn load(flag: &str, file: Option<&Path>) -> anyhow::Result<Config> {
-    read(flag, file, Config::validate)
+    read(flag, file, Config::validate).map_err(|error| {
+        with_other_kind::<BaseConfig>(
+            error,
+            file,
+            "a base",
+            "--base-config, or `config --check` with --base",
+        )
+    })
+}
+
+/// Adds to the error of a file that it has settings of another kind, for other flags.
+fn with_other_kind<T: Default + Serialize + DeserializeOwned>(
+    error: anyhow::Error,
+    file: Option<&Path>,
+    kind: &str,
+    flags: &str,
+) -> anyhow::Error {
+    let text = file.and_then(|file| read_text(file).ok()).unwrap_or_default();
+    let unchecked = |_: &T| Ok::<(), SettingError>(());
+    if parse_toml(&text, &T::default(), unchecked).is_ok() {
+        anyhow!("{error:#}; the file has the settings of {kind}: give it with {flags}")
+    } else {
+        error
+    }
 }
 
 /// Loads settings of a base, like [`load`].
 pub fn load_base(flag: &str, file: Option<&Path>) -> anyhow::Result<BaseConfig> {
-    let config = read(flag, file, BaseConfig::validate)?;
+    let config = read(flag, file, BaseConfig::validate).map_err(|error| {
+        with_other_kind::<Config>(
+            error,
+            file,
+            "a robot",
+            "--config, or `config --check` without --base",
+        )
+    })?;
     let track_width_m = config.base.track_width_m;
     if track_width_m > WIDE_TRACK_M {
         let name = file.map_or_else(String::new, |file| file.display().to_string());

@@ -97,7 +97,9 @@ fn thread_counts(seconds: f64) -> anyhow::Result<(Check, usize)> {
     let check = if few == cores && many == cores {
         Check::good("threads", text)
     } else {
-        let advice = format!("fastest: --threads {few} for few samples, --threads {many} for many");
+        let advice = format!(
+            "fastest with --engine cpu: --threads {few} for few samples, --threads {many} for many; --engine auto measures for itself"
+        );
         Check { hint: Some(advice), ..Check::good("threads", text) }
     };
     Ok((check, few))

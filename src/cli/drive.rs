@@ -23,7 +23,7 @@ use serde_json::{Value, json};
 use super::arguments::{EngineArguments, Place, above_zero, duration, real, whole};
 use super::drive_pictures::{PictureArguments, Pictures};
 use super::drive_text::{self, DriveLog};
-use super::files::{command_line, open_file};
+use super::files::{all_written, command_line, open_file};
 use super::hardware_drive::{HardwareArguments, HardwareDrive, HardwareReport};
 use super::machine::{interrupt_flag, wall_clock};
 use super::map_file::{self, EndArguments, MapArguments, MapInput, MapSettings};
@@ -87,7 +87,8 @@ pub struct DriveArguments {
     /// period on a real base].
     #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = real(above_zero(1e6), "milliseconds, above zero and at most 1e6"))]
     pub deadline: Option<f64>,
-    /// Time limit of the drive, seconds of simulated time.
+    /// Time limit of the drive, seconds of simulated time; on a real base of real time, without the time in which it waits for its
+    /// operator.
     #[arg(long, default_value_t = 3600.0, allow_negative_numbers = true, value_parser = duration)]
     pub time_limit: f64,
     #[command(flatten)]
@@ -227,7 +228,7 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     let mut playback = if arguments.live.is_none() { files.playback() } else { None };
     let mut recording = files
         .recording
-        .map(|file| Recording::begin(file, mission, &config, engine.name(), hardware.is_some()));
+        .map(|file| Recording::begin(file, mission, &config, engine.name(), hardware.as_ref()));
     let live = live_view(arguments, &map_name, mission, &config, hardware.as_ref())?;
     let observers = DriveObservers {
         playback: playback.as_mut(),
@@ -258,13 +259,13 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     };
     let playback = live.map(|live| live.end(&result)).or(playback);
     let recording = recording.map(|recording| recording.end(&result));
+    let is_sound = base.as_ref().is_none_or(|base| base.is_sound);
     // The result comes first: a picture that cannot be written must not cost it.
     let (object, lines) = outcome(&result, mission, &config, base, recording.as_ref());
     output::result(&object, lines)?;
-    if let (Some(output), Some(changes)) = (files.updated_map, &result.map_changes) {
-        output.write(&changes.applied_to(&mission.map))?;
-    }
-    if let Some(playback) = playback.as_ref().filter(|_| files.pictures.are_requested) {
+    let changes = files.updated_map.zip(result.map_changes.as_ref());
+    let mapped = changes.map(|(output, it)| output.write(&it.applied_to(&mission.map)).map(drop));
+    let drawn = playback.as_ref().filter(|_| files.pictures.are_requested).map(|playback| {
         let (command, facts) = (&command_line(), &drive_text::facts(&result, seed));
         let view = MissionView {
             title: &map_name,
@@ -275,10 +276,11 @@ pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
             playback: Some(playback),
             facts,
         };
-        files.pictures.write(arguments.hardware.description(), view, playback)?;
-    }
+        files.pictures.write(arguments.hardware.description(), view, playback)
+    });
+    all_written(mapped.into_iter().chain(drawn))?;
     let is_recorded = recording.is_none_or(|recording| recording.is_whole);
-    Ok(result.reached && !result.collided && is_recorded)
+    Ok(result.reached && !result.collided && is_recorded && is_sound)
 }
 
 /// The result as JSON and as text.
@@ -355,7 +357,8 @@ fn live_view(
     let Some(port) = arguments.live else {
         return Ok(None);
     };
-    let stop = hardware.filter(|_| arguments.hardware.operator).map(|base| base.switch.clone());
+    let stop =
+        hardware.filter(|_| arguments.hardware.operator).map(|base| base.operator.switch.clone());
     let drive = LiveDrive { title, command: &command_line(), mission, config, stop };
     let live = LiveView::start(port, drive).map_err(|error| {
         let what = format!("--live {port}: cannot be served");
@@ -395,7 +398,8 @@ pub fn drive(
     let mut nearest_m = far_m;
     let began = Instant::now();
     let mut log = output::is_verbose().then(DriveLog::default);
-    let mut is_late_known = false;
+    let (mut is_late_known, mut waits) = (false, false);
+    let operator = hardware.as_ref().map(|hardware| hardware.operator.clone());
     let mut on_tick = |tick: &TickEvent<'_>| {
         if let Some(playback) = &mut playback {
             playback.record(tick);
@@ -410,7 +414,14 @@ pub fn drive(
         if let Some(late) = late.filter(|_| !std::mem::replace(&mut is_late_known, true)) {
             bar.suspend(|| output::warn(format!("the control loop is late: {late}")));
         }
-        nearest_m = nearest_m.min((goal - tick.row.pose.position()).norm());
+        let action = tick.protective_action;
+        if std::mem::replace(&mut waits, action.awaits_operator()) != waits {
+            let state = if waits { action.name().replace('_', " ") } else { what.to_owned() };
+            bar.set_message(state);
+        }
+        let away_m = (goal - tick.row.pose.position()).norm();
+        operator.iter().for_each(|operator| operator.show(tick, away_m));
+        nearest_m = nearest_m.min(away_m);
         bar.set_position(output::whole_cm(far_m - nearest_m));
         if let Some(warning) = recording.as_mut().and_then(|it| it.record(tick)) {
             bar.suspend(|| output::warn(warning));

@@ -8,7 +8,7 @@ use clap::Args;
 use inbye::report::{MissionView, PlaybackRecorder};
 
 use super::drive_text;
-use super::files::{Output, ReportFolder};
+use super::files::{Output, ReportFolder, all_written};
 
 /// The requested pictures.
 #[derive(Debug, Args)]
@@ -48,11 +48,12 @@ impl<'a> Pictures<'a> {
         view: MissionView<'_>,
         playback: &PlaybackRecorder,
     ) -> anyhow::Result<()> {
-        if self.animation.is_requested() {
-            let bytes = gif(&view, playback)?;
-            self.animation.write(|| bytes)?;
-        }
-        self.report.write_page(|| drive_text::page(intro, view))
+        let animated = if self.animation.is_requested() {
+            gif(&view, playback).and_then(|bytes| self.animation.write(|| bytes))
+        } else {
+            Ok(())
+        };
+        all_written([animated, self.report.write_page(|| drive_text::page(intro, view))])
     }
 }
 

@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use anyhow::{Context, ensure};
 use clap::Args;
-use inbye::base::{OperatorSwitch, Protocol};
+use inbye::base::Protocol;
+use inbye::base::ld19::PACKET_LENGTH;
 use inbye::geometry::Pose;
 use inbye::robot::Limits;
 use inbye::runtime::Config;
@@ -17,8 +18,11 @@ use super::arguments::{protocol, whole};
 use super::base;
 use super::drive_text::SIMULATED;
 use super::machine::{interrupt_flag, is_interrupted};
-use super::operator;
+use super::operator::{self, Operator};
 use super::output;
+
+/// Share of damaged bytes above which a line is bad: a good line has next to none.
+const BAD_LINE: f64 = 0.01;
 
 /// The base of a drive.
 #[derive(Debug, Args)]
@@ -90,8 +94,8 @@ impl HardwareArguments {
         let layer = config.protective_layer(line.config.supervisor.period_s())?;
         let switch = layer.operator();
         let robot = HardwareRobot::new(base, lidar, layer, start);
-        operator::serve(&switch, self.arm, self.operator_port)?;
-        Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot, switch }))
+        let operator = operator::serve(switch, self.arm, self.operator_port)?;
+        Ok(Some(HardwareDrive { line, lidar_port: self.lidar.clone(), robot, operator }))
     }
 }
 
@@ -100,14 +104,16 @@ pub struct HardwareDrive {
     line: SerialLine,
     pub lidar_port: Option<String>,
     pub robot: HardwareRobot,
-    /// The operator's switch of the protective layer.
-    pub switch: OperatorSwitch,
+    /// The operator, with the switch of the protective layer.
+    pub operator: Operator,
 }
 
 /// State of the robot after a mission, as JSON and as text.
 pub struct HardwareReport {
     pub object: Value,
     pub lines: Vec<String>,
+    /// Whether the base followed its commands to the end.
+    pub is_sound: bool,
 }
 
 impl HardwareDrive {
@@ -116,12 +122,16 @@ impl HardwareDrive {
         self.line.cap_speed(limits);
     }
 
+    /// The shortest range of the lidar, metres; none without a real one.
+    pub fn lidar_range_min_m(&self) -> Option<f64> {
+        self.lidar_port.as_ref().map(|_| self.line.config.lidar.range_min_m)
+    }
+
     /// Stops the base, closes the ports and reports, with the number of late ticks of the mission.
     pub fn end(self, late_ticks: u64) -> HardwareReport {
         let Self { line, lidar_port, robot, .. } = self;
-        let status = robot.base_status();
         let lidar = lidar_port.zip(robot.lidar_status());
-        drop(robot);
+        let status = robot.end();
         let mut object = base::line_object(&line, &status);
         // The mission may notice the signal before the base's thread does.
         let interrupted = is_interrupted() || !status.is_running;
@@ -151,13 +161,23 @@ impl HardwareDrive {
                 status.revolutions, status.dropped_bytes
             ));
             lines.extend(status.fault.iter().map(|why| format!("no scans     {why}")));
+            let dropped = status.dropped_bytes as f64;
+            let share = dropped / (dropped + (status.packets * PACKET_LENGTH as u64) as f64);
+            if share > BAD_LINE {
+                let percent = 100.0 * share;
+                lines.push(format!(
+                    "lidar line   {percent:.0} % of its bytes are damaged: check the cable, its length and its ground"
+                ));
+            }
         }
         lines.extend(status.last_failure.iter().map(|why| format!("line failed  {why}")));
-        if let Some(why) = stop_cause(&status) {
+        let cause = stop_cause(&status);
+        let is_sound = cause.is_none();
+        if let Some(why) = cause {
             lines.push(format!("stopped      {why}"));
         } else if interrupted {
             lines.push("stopped      by a signal".to_owned());
         }
-        HardwareReport { object, lines }
+        HardwareReport { object, lines, is_sound }
     }
 }

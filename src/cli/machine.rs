@@ -20,8 +20,7 @@ use super::stop_signals;
 /// Exit status after a second Ctrl-C, as shells define it.
 const INTERRUPTED: i32 = 130;
 
-/// Longest time for a base to get its zero commands after a second signal. Its sender takes at most 0.25 s, and longer only on a
-/// busy machine.
+/// Longest time for a base to come to a standstill after a second signal.
 const STOP_TIME: Duration = Duration::from_secs(3);
 
 /// Time between two checks whether every base has got them.

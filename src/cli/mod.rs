@@ -209,7 +209,7 @@ pub fn run_program(invocation: Invocation) -> u8 {
         Ok(arguments) => arguments,
         Err(help) if !help.use_stderr() => {
             output::print_help(&help);
-            return 0;
+            return if output::is_incomplete() { UNUSABLE } else { 0 };
         }
         Err(error) => {
             output::set_json(invocation.arguments.iter().any(|argument| argument == "--json"));
@@ -223,6 +223,8 @@ pub fn run_program(invocation: Invocation) -> u8 {
     }
     arguments.output.init();
     match run(&arguments) {
+        // A terminal that goes away interrupts the command, and cannot take its result.
+        Ok(_) if output::is_incomplete() && !machine::is_interrupted() => UNUSABLE,
         Ok(is_done) => u8::from(!is_done),
         Err(error) => {
             let interrupted =

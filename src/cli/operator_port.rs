@@ -1,5 +1,7 @@
 //! The operator's port on localhost: HTTP requests that arm and stop the robot.
 //!
+//! A request that asks for a stop in any form stops the robot, complete or not; only the exact request arms it.
+//!
 //! One thread serves all clients at once. A client that is slow or silent delays no other one.
 
 use std::io::{self, ErrorKind, Read, Write};
@@ -7,8 +9,9 @@ use std::net::{TcpListener, TcpStream};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use inbye::base::OperatorSwitch;
-use serde_json::json;
+use inbye::base::OperatorState;
+
+use super::operator::Operator;
 
 /// Longest head of a request, bytes, and its longest time.
 const MAX_HEAD: usize = 4096;
@@ -25,6 +28,8 @@ struct Client {
     stream: TcpStream,
     head: Vec<u8>,
     since: Instant,
+    /// Whether the robot was stopped for this request.
+    has_stopped: bool,
 }
 
 /// What became of a client.
@@ -36,7 +41,7 @@ enum Progress {
 }
 
 /// Serves the port as long as it exists.
-pub fn serve(listener: &TcpListener, switch: &OperatorSwitch) {
+pub fn serve(listener: &TcpListener, operator: &Operator) {
     let mut clients: Vec<Client> = Vec::new();
     loop {
         // Without clients it waits for one; else it looks for more, and at all of them.
@@ -45,32 +50,40 @@ pub fn serve(listener: &TcpListener, switch: &OperatorSwitch) {
         }
         if let Ok(client) = accept(listener) {
             if clients.len() == MAX_CLIENTS {
-                clients.remove(0);
+                clients.remove(0).obey_stop(true, operator);
             }
             clients.push(client);
         } else {
             thread::sleep(POLL_TIME);
         }
-        serve_clients(&mut clients, switch);
+        serve_clients(&mut clients, operator);
     }
 }
 
 fn accept(listener: &TcpListener) -> io::Result<Client> {
     let (stream, _) = listener.accept()?;
     stream.set_nonblocking(true)?;
-    Ok(Client { stream, head: Vec::new(), since: Instant::now() })
+    Ok(Client { stream, head: Vec::new(), since: Instant::now(), has_stopped: false })
 }
 
 /// Answers every complete request, and drops the clients that are too slow or send too much.
-fn serve_clients(clients: &mut Vec<Client>, switch: &OperatorSwitch) {
-    clients.retain_mut(|client| match client.read() {
-        Progress::Waiting => client.since.elapsed() < REQUEST_TIME,
-        Progress::Complete => {
-            client.answer(switch);
-            false
+fn serve_clients(clients: &mut Vec<Client>, operator: &Operator) {
+    clients.retain_mut(|client| {
+        let progress = client.read();
+        let stays = progress == Progress::Waiting && client.since.elapsed() < REQUEST_TIME;
+        client.obey_stop(!stays, operator);
+        if progress == Progress::Complete {
+            client.answer(operator);
         }
-        Progress::Gone => false,
+        stays
     });
+}
+
+/// Whether a request asks for a stop: by any method, with slashes, a query or a host around the word.
+fn asks_for_stop(request_line: &str) -> bool {
+    let target = request_line.split_whitespace().nth(1).unwrap_or_default();
+    let path = target.split(['?', '#']).next().unwrap_or_default().trim_end_matches('/');
+    path.rsplit('/').next().is_some_and(|name| name.eq_ignore_ascii_case("stop"))
 }
 
 impl Client {
@@ -85,35 +98,51 @@ impl Client {
                 Err(error) if error.kind() == ErrorKind::Interrupted => {}
                 Err(_) => return Progress::Gone,
             }
-            if self.head.windows(4).any(|end| end == b"\r\n\r\n") {
+            let ends = |end: &[u8]| self.head.windows(end.len()).any(|part| part == end);
+            if ends(b"\n\r\n") || ends(b"\n\n") {
                 return Progress::Complete;
             }
         }
         Progress::Gone
     }
 
-    /// Obeys a request and answers it.
-    fn answer(&mut self, switch: &OperatorSwitch) {
-        let Ok(head) = str::from_utf8(&self.head) else {
+    /// Stops the robot if the request asks for it, once its first line is complete or `is_last` tells that no more of it counts.
+    fn obey_stop(&mut self, is_last: bool, operator: &Operator) {
+        let line = self.head.split(|&byte| byte == b'\n').next().unwrap_or_default();
+        let is_complete = is_last || line.len() < self.head.len();
+        if self.has_stopped || !is_complete || !asks_for_stop(&String::from_utf8_lossy(line)) {
             return;
-        };
+        }
+        self.has_stopped = true;
+        // Requests may repeat many times a second: the first is noted.
+        match operator.switch.state() {
+            OperatorState::Stopped => operator.switch.stop(),
+            _ => operator.stop(),
+        }
+    }
+
+    /// Answers a request, and arms the robot if it is the exact request for that.
+    fn answer(&mut self, operator: &Operator) {
+        let head = String::from_utf8_lossy(&self.head);
         // A page of another site in a browser must not arm a robot.
         let is_foreign = head.to_ascii_lowercase().contains("\norigin:");
+        let is_exact = head.ends_with("\r\n\r\n") && str::from_utf8(&self.head).is_ok();
         let mut words = head.split_whitespace();
         let status = match (words.next(), words.next()) {
-            (Some("POST"), Some("/stop")) => {
-                switch.stop();
-                "200 OK"
-            }
+            _ if self.has_stopped => "200 OK",
             (Some("POST"), Some("/arm")) if is_foreign => "403 Forbidden",
+            (Some("POST"), Some("/arm")) if !is_exact => "400 Bad Request",
             (Some("POST"), Some("/arm")) => {
-                switch.arm();
+                match operator.switch.state() {
+                    OperatorState::Armed => operator.switch.arm(),
+                    _ => operator.arm(),
+                }
                 "200 OK"
             }
             (Some("GET"), Some("/status")) => "200 OK",
             _ => "404 Not Found",
         };
-        let body = json!({ "state": switch.state().name() }).to_string();
+        let body = operator.status().to_string();
         let length = body.len();
         // A client that has gone needs no answer, and an answer this short fits into the buffer of every other one.
         let _ = write!(
@@ -127,7 +156,7 @@ impl Client {
 mod tests {
     use std::net::{Ipv4Addr, SocketAddr};
 
-    use inbye::base::OperatorState;
+    use inbye::base::OperatorSwitch;
 
     use super::*;
 
@@ -135,18 +164,54 @@ mod tests {
     fn served() -> (SocketAddr, OperatorSwitch) {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).expect("a free port");
         let address = listener.local_addr().expect("an address");
-        let switch = OperatorSwitch::default();
-        let shared = switch.clone();
-        thread::spawn(move || serve(&listener, &shared));
+        let operator = Operator::default();
+        let switch = operator.switch.clone();
+        thread::spawn(move || serve(&listener, &operator));
         (address, switch)
     }
 
-    fn request(address: SocketAddr, text: &str) -> String {
+    fn request(address: SocketAddr, text: impl AsRef<[u8]>) -> String {
         let mut stream = TcpStream::connect(address).expect("a connection");
-        stream.write_all(text.as_bytes()).expect("a request");
+        stream.write_all(text.as_ref()).expect("a request");
         let mut answer = String::new();
         stream.read_to_string(&mut answer).expect("an answer");
         answer
+    }
+
+    /// Only the exact request arms; a line that ends in LF alone, and a byte that is no text, are none of it.
+    #[test]
+    fn everything_that_means_stop_stops_and_only_the_exact_request_arms() {
+        let (address, switch) = served();
+        for stop in [
+            &b"POST /stop HTTP/1.1\n\n"[..],
+            b"POST /stop\r\nName: \xff\r\n\r\n",
+            b"POST /stop/ HTTP/1.1\r\n\r\n",
+            b"POST //stop HTTP/1.1\r\n\r\n",
+            b"POST /stop?x=1 HTTP/1.1\r\n\r\n",
+            b"PUT /Stop HTTP/1.1\r\n\r\n",
+            b"GET http://localhost:8700/stop HTTP/1.1\r\nOrigin: a\r\n\r\n",
+            // No end: it is dropped after its time.
+            b"POST /stop HTTP/1.1\r\nHost",
+            b"POST /stop",
+        ] {
+            switch.arm();
+            request(address, stop);
+            assert_eq!(switch.state(), OperatorState::Stopped, "{}", stop.escape_ascii());
+        }
+        for no_arm in [
+            &b"POST /arm HTTP/1.1\n\n"[..],
+            b"POST /arm HTTP/1.1\r\nName: \xff\r\n\r\n",
+            b"POST /arm/ HTTP/1.1\r\n\r\n",
+            b"POST /stopwatch HTTP/1.1\r\n\r\n",
+            b"PUT /arm HTTP/1.1\r\n\r\n",
+            b"POST /arm HTTP/1.1\r\nHost",
+        ] {
+            request(address, no_arm);
+            assert_eq!(switch.state(), OperatorState::Stopped, "{}", no_arm.escape_ascii());
+        }
+        switch.arm();
+        request(address, "POST /stopwatch HTTP/1.1\r\n\r\n");
+        assert_eq!(switch.state(), OperatorState::Armed);
     }
 
     #[test]

@@ -1,10 +1,10 @@
 //! Printing: results to standard output, everything else to standard error, in colour on a terminal. A closed pipe, as after
-//! `head`, is no error: the rest is dropped.
+//! `head`, is no error: the rest is dropped. Any other result that cannot be written is an error at the end of the command: the
+//! command itself goes on, stops its base and writes its files.
 
 use std::borrow::Cow;
 use std::fmt;
 use std::io::{self, ErrorKind, IsTerminal, Write};
-use std::process::exit;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
@@ -14,7 +14,7 @@ use clap::{ArgAction, Args};
 use env_logger::fmt::Formatter;
 use env_logger::{Builder, Logger};
 use indicatif::style::ProgressTracker;
-use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use log::{Level, LevelFilter, Log, Metadata, Record};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -173,22 +173,30 @@ pub fn line(text: impl AsRef<str>) {
     let mut out = anstream::stdout().lock();
     let text = text.as_ref();
     let folded = if io::stdout().is_terminal() { folded(text) } else { Cow::Borrowed(text) };
-    end_if_not_written(writeln!(out, "{folded}").and_then(|()| out.flush()));
+    note_if_not_written(writeln!(out, "{folded}").and_then(|()| out.flush()));
 }
 
 /// Prints help, or the version.
 pub fn print_help(help: &clap::Error) {
-    end_if_not_written(help.print().and_then(|()| io::stdout().flush()));
+    note_if_not_written(help.print().and_then(|()| io::stdout().flush()));
 }
 
-/// A result that is not written is an error, unless its reader wants no more.
-fn end_if_not_written(written: io::Result<()>) {
+/// Whether a result could not be written, for another reason than a reader who wants no more.
+static IS_INCOMPLETE: AtomicBool = AtomicBool::new(false);
+
+/// Prints the first error of standard output.
+fn note_if_not_written(written: io::Result<()>) {
     if let Err(error) = written
         && error.kind() != ErrorKind::BrokenPipe
+        && !IS_INCOMPLETE.swap(true, Ordering::Relaxed)
     {
         print_error_text(&format!("standard output: {error}"));
-        exit(2);
     }
+}
+
+/// Whether a result, or a part of it, could not be written.
+pub fn is_incomplete() -> bool {
+    IS_INCOMPLETE.load(Ordering::Relaxed)
 }
 
 /// A text whose lines have at most 100 characters, unless a word is longer.
@@ -311,13 +319,22 @@ fn bar(steps: u64, what: &str, done: impl ProgressTracker + 'static) -> Progress
     if log::max_level() != LevelFilter::Info {
         return ProgressBar::hidden();
     }
-    let style = ProgressStyle::with_template("{msg:24} [{bar:24}] {done}, {elapsed}, {eta} left")
+    let style = ProgressStyle::with_template("{msg:24} [{bar:24}] {done}, {elapsed}{left}")
         .unwrap_or_else(|_| ProgressStyle::default_bar())
         .with_key("done", done)
+        .with_key("left", write_left)
         .progress_chars("=> ");
     let bar = ProgressBar::new(steps).with_style(style).with_message(what.to_owned());
     bar.enable_steady_tick(Duration::from_millis(200));
     bar
+}
+
+/// The time left, which is unknown before the first step.
+fn write_left(state: &ProgressState, out: &mut dyn fmt::Write) {
+    if state.pos() > 0 {
+        // A bar that cannot be written is no error.
+        let _ = write!(out, ", {:#} left", HumanDuration(state.eta()));
+    }
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::mem;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::SystemTime;
 
 use anyhow::bail;
 use inbye::navigator::Mode;
@@ -14,6 +15,7 @@ use inbye::runtime::{Config, Mission, MissionResult, TickEvent};
 use serde_json::{Value, json};
 
 use super::files::has_extension;
+use super::hardware_drive::HardwareDrive;
 use super::output;
 use super::own_file::OutputFile;
 
@@ -23,6 +25,8 @@ pub struct Recording<'a> {
     kind: Kind,
     /// Whether the drive has begun, so that the file may lose what an earlier drive wrote.
     has_begun: Arc<AtomicBool>,
+    /// The control period of a real drive whose start is to be recorded, seconds.
+    period_s: Option<f64>,
 }
 
 enum Kind {
@@ -48,15 +52,16 @@ impl<'a> Recording<'a> {
         mission: &Mission,
         config: &Config,
         engine: String,
-        is_real_time: bool,
+        hardware: Option<&HardwareDrive>,
     ) -> Self {
         let has_begun = Arc::default();
+        let period_s = hardware.map(|_| config.local.control_period_s);
         if !has_extension(name, "mcap") {
-            return Self { name, kind: Kind::Lines(file), has_begun };
+            return Self { name, kind: Kind::Lines(file), has_begun, period_s };
         }
         let policy =
-            if is_real_time { BackpressurePolicy::Stop } else { BackpressurePolicy::Block };
-        let real_time = is_real_time.then(|| config.clone().in_real_time());
+            if hardware.is_some() { BackpressurePolicy::Stop } else { BackpressurePolicy::Block };
+        let real_time = hardware.map(|_| config.clone().in_real_time());
         let metadata = DriveMetadata::new(mission, real_time.as_ref().unwrap_or(config), engine);
         let file = DeferredFile {
             has_begun: Arc::clone(&has_begun),
@@ -65,10 +70,15 @@ impl<'a> Recording<'a> {
             waiting: Vec::new(),
         };
         let kind = match Recorder::new(file, &metadata, policy) {
-            Ok(recorder) => Kind::Mcap(Box::new(recorder)),
+            Ok(mut recorder) => {
+                if let Some(range_m) = hardware.and_then(HardwareDrive::lidar_range_min_m) {
+                    recorder.set_range_min_m(range_m);
+                }
+                Kind::Mcap(Box::new(recorder))
+            }
             Err(error) => Kind::Stopped(error.to_string()),
         };
-        Self { name, kind, has_begun }
+        Self { name, kind, has_begun, period_s }
     }
 
     /// The warning before the drive, if the recording could not start.
@@ -87,6 +97,12 @@ impl<'a> Recording<'a> {
         // Settings that no engine takes fail at the first decision, like a start in an obstacle before it.
         if tick.row.mode != Mode::Failed {
             self.has_begun.store(true, Ordering::Release);
+        }
+        if let Some(period_s) = self.period_s.take() {
+            // The tick ends a period after its decision.
+            let since_s = tick.row.time_s + tick.took_s + period_s;
+            let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+            recorder.set_start(now.unwrap_or_default().as_secs_f64() - since_s);
         }
         if recorder.record(tick) {
             return None;

@@ -9,7 +9,7 @@ use inbye::experiment::{ExperimentError, Group, Manifest, Merged, RunRow, groups
 use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 
-use super::files::{Output, ReportFolder};
+use super::files::{Output, ReportFolder, all_written};
 use super::{output, result_store};
 
 /// Default folder of the table and the report.
@@ -48,11 +48,10 @@ pub fn run(arguments: &MergeArguments) -> anyhow::Result<bool> {
     let rows: Vec<RunRow> = rows.into_iter().map(RunRow::without_clock).collect();
     let groups = groups(&rows);
     let report = ReportFolder::create(Some(folder))?;
-    table(folder, "sweep", &rows)?;
-    if !latencies.is_empty() {
-        table(folder, "latency", &latencies)?;
-    }
-    report.write(|| {
+    let sweep_table = table(folder, "sweep", &rows);
+    let latency_table =
+        if latencies.is_empty() { Ok(()) } else { table(folder, "latency", &latencies) };
+    let reported = report.write(|| {
         bench_files(&BenchReport {
             title: &manifest.title,
             intro: &intro,
@@ -61,7 +60,7 @@ pub fn run(arguments: &MergeArguments) -> anyhow::Result<bool> {
             sweep_latency: &latencies,
             ..BenchReport::default()
         })
-    })?;
+    });
     let cells = manifest.keys().len();
     let mut lines = text_table(&groups, Group::SUMMARY);
     if !missing.is_empty() {
@@ -70,6 +69,7 @@ pub fn run(arguments: &MergeArguments) -> anyhow::Result<bool> {
     }
     let object = json!({ "cells": cells, "missing": missing, "groups": groups });
     output::result(&object, lines)?;
+    all_written([sweep_table, latency_table, reported])?;
     Ok(missing.is_empty())
 }
 

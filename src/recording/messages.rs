@@ -132,7 +132,7 @@ pub fn laser_scan(time_s: f64, scan: &Scan, range_min_m: f64) -> LaserScan {
         angle_min: scan.angle_min as f32,
         angle_max: scan.angle(scan.ranges.len().saturating_sub(1)) as f32,
         angle_increment: scan.angle_increment as f32,
-        // The simulated lidar measures all beams at the same time.
+        // All beams have one time: those of a real lidar are compensated for the robot's motion.
         time_increment: 0.0,
         scan_time: 0.0,
         range_min: range_min_m as f32,

@@ -62,6 +62,7 @@ pub struct Recorder {
 crate::settings::opaque_debug!(Recorder);
 
 enum Job {
+    Start(f64),
     Tick(Vec<Entry>),
     End(DriveSummary),
 }
@@ -95,6 +96,20 @@ impl Recorder {
             ticks: 0,
             plans: 0,
         })
+    }
+
+    /// Sets the date of the recording's time zero, seconds since 1970-01-01 00:00 UTC, before the first tick of a real drive. A simulated one has
+    /// none: its recording has the same bytes each time.
+    pub fn set_start(&mut self, unix_s: f64) {
+        if let Some(queue) = &self.queue {
+            // A thread that has ended reports why at the first tick.
+            let _ = queue.send(Job::Start(unix_s));
+        }
+    }
+
+    /// Sets the shortest range of the lidar, metres, where it is not that of the simulated lidar in the settings.
+    pub const fn set_range_min_m(&mut self, range_min_m: f64) {
+        self.range_min_m = range_min_m;
     }
 
     /// Records a tick. Returns false if the recording ends with it: [`Self::stopped`] has the cause. It ends at once where a controller
@@ -220,6 +235,7 @@ fn write<W: Write>(
     let mut work = || {
         for job in jobs {
             match job {
+                Job::Start(unix_s) => writer.write_start(unix_s)?,
                 Job::Tick(entries) => writer.write(&entries)?,
                 Job::End(summary) => return writer.finish(&summary),
             }

@@ -18,6 +18,10 @@ pub const SUMMARY: &str = "inbye.summary";
 pub const TICKS: &str = "ticks";
 pub const TRACE_DIGEST: &str = "trace_digest";
 
+/// Name and key of the metadata record with the date of time zero.
+const START: &str = "inbye.start";
+const UNIX_S: &str = "unix_s";
+
 /// Size at which a chunk is written, bytes. It limits the buffer.
 const CHUNK_BYTES: usize = 1 << 20;
 /// Age at which a chunk is written, nanoseconds. It limits the loss if the process is killed.
@@ -93,6 +97,17 @@ impl<W: Write> RecordingWriter<W> {
         }
         writer.end_chunk()?;
         Ok(writer)
+    }
+
+    /// Writes the date of time zero, seconds since 1970-01-01 00:00 UTC.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn write_start(&mut self, unix_s: f64) -> Result<(), RecordingError> {
+        self.end_chunk()?;
+        let metadata = BTreeMap::from([(UNIX_S.to_owned(), format!("{unix_s:.3}"))]);
+        let record = Metadata { name: START.to_owned(), metadata };
+        self.file.write_metadata(&record).map_err(io_error)
     }
 
     /// Writes the messages of a tick into the same chunk.

@@ -44,7 +44,7 @@ fn time_axis(rows: &[TraceRow]) -> XAxis {
     XAxis::new(Axis::exact(low, high), "Time, s")
 }
 
-/// True and commanded motion over time, with the modes as bands.
+/// Driven and commanded motion over time, with the modes as bands.
 pub(super) fn motion(mission: &MissionView) -> Chart {
     const TITLE: &str = "Speed and turn rate";
     let rows = &mission.result.trace.rows;
@@ -78,9 +78,10 @@ pub(super) fn motion(mission: &MissionView) -> Chart {
         let text = format!("{}, {percent} % of ticks", mode.name());
         (count > 0).then(|| LegendEntry::area(class, text))
     });
-    let lines = [LegendEntry::line("true", "true"), LegendEntry::line("command", "command")];
+    let lines = [LegendEntry::line("true", "driven"), LegendEntry::line("command", "command")];
     let alt_text = format!(
-        "True and commanded speed and turn rate over time. The true speed is {} m/s, the true turn rate {} rad/s.",
+        "Driven and commanded speed and turn rate over time: true in a simulation, measured by a real base. The driven speed is {} m/s, the \
+         driven turn rate {} rad/s.",
         true_range(|twist| twist.linear),
         true_range(|twist| twist.angular)
     );

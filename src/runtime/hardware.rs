@@ -12,7 +12,7 @@ use super::{LidarData, OdometryReading, Robot, SensorData};
 use crate::base::ld19::{LidarReader, LidarSettings, LidarStatus, OpenLidar};
 use crate::base::{
     BaseConfig, BaseError, BaseSettings, BaseSupervisor, DriveStatus, OpenBase, ProtectiveAction,
-    ProtectiveLayer, Protocol, ScanSource, SupervisorStatus,
+    ProtectiveLayer, Protocol, ScanSource, StopCause, SupervisorStatus,
 };
 use crate::geometry::{Pose, Twist};
 use crate::map::TimedScan;
@@ -20,6 +20,10 @@ use crate::robot::Limits;
 
 /// Longest time from opening the base's port to its first report, seconds.
 const FIRST_REPORT_S: f64 = 3.0;
+
+/// What a silent `RoboClaw` may need.
+const STATUS_HINT: &str =
+    " A RoboClaw whose status has two bytes needs status_bytes = 2 in [base.roboclaw]";
 
 /// Longest time from opening the lidar's port to its first whole revolution, seconds: its motor has to reach its speed.
 const FIRST_REVOLUTION_S: f64 = 5.0;
@@ -39,7 +43,8 @@ pub enum HardwareError {
     Base(#[from] BaseError),
     /// The base does not report.
     #[error(
-        "{port}: no answer within {FIRST_REPORT_S} s: is the base switched on, and does it speak the protocol {protocol}?"
+        "{port}: no answer within {FIRST_REPORT_S} s: is the base switched on, and does it speak the protocol {protocol}?{}",
+        if *.protocol == Protocol::Roboclaw { STATUS_HINT } else { "" }
     )]
     NoReport {
         /// Name of the port.
@@ -292,6 +297,12 @@ impl HardwareRobot {
         self.base.status()
     }
 
+    /// Stops the base, as [`BaseSupervisor::end`], and returns its last status.
+    #[must_use]
+    pub fn end(self) -> SupervisorStatus {
+        self.base.end()
+    }
+
     /// The lidar's status; none without a lidar.
     #[must_use]
     pub fn lidar_status(&self) -> Option<LidarStatus> {
@@ -410,7 +421,7 @@ impl Robot for HardwareRobot {
         let status = self.base.status();
         let reported = || {
             let faults = status.feedback.as_ref()?.faults;
-            (!faults.is_empty()).then(|| format!("the base reports: {faults}"))
+            (!faults.is_empty()).then(|| StopCause::Fault(faults).to_string())
         };
         stop_cause(&status).or_else(reported)
     }

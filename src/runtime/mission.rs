@@ -35,7 +35,8 @@ pub struct Mission {
     pub via: Vec<Goal>,
     /// The last stop.
     pub goal: Goal,
-    /// Longest time of the mission, seconds; of real time for a robot with a clock.
+    /// Longest time of the mission, seconds; of real time for a robot with a clock. The time in which the robot waits for its operator
+    /// does not count.
     pub time_limit_s: f64,
     /// Distance to the goal, metres, at which it counts as reached even while the robot moves, as in the rules of some
     /// benchmarks. None: the robot has to stand at its goal.
@@ -177,6 +178,8 @@ pub struct MissionResult {
     pub observation_faults: BTreeMap<ObservationFault, u64>,
     /// Ticks in which the protective layer changed the command, counted by the name of its action.
     pub protective_actions: BTreeMap<&'static str, u64>,
+    /// Action of the protective layer in the last tick.
+    pub last_action: ProtectiveAction,
     /// GPU failures; none for an engine without a CPU fallback.
     pub incidents: Option<Incidents>,
     /// Deadline statistics; none without a deadline.
@@ -222,6 +225,7 @@ impl MissionResult {
             robot_fault: None,
             observation_faults: navigator.observation_faults().clone(),
             protective_actions: BTreeMap::new(),
+            last_action: ProtectiveAction::Pass,
             incidents: navigator.planner().incidents(),
             deadline_stats: navigator.deadline_stats(),
             motion: *navigator.motion(),
@@ -260,7 +264,9 @@ impl MissionResult {
         let why = match (self.early_end, &self.fault, &self.robot_fault) {
             // An interrupt also ends the wait for a program, and so the mission.
             (Some(EarlyEnd::Interrupted), ..) => EarlyEnd::Interrupted.text().to_owned(),
-            (_, Some(fault), _) => fault.to_string(),
+            // A lost line to the base, say, is the cause of what the navigator lacked.
+            (_, Some(fault), Some(cause)) => format!("{fault}; {cause}"),
+            (_, Some(fault), None) => fault.to_string(),
             (None, None, _) => "the time was up".to_owned(),
             (Some(EarlyEnd::RobotStopped), None, Some(fault)) => fault.clone(),
             (Some(early_end), None, _) => early_end.text().to_owned(),
@@ -270,7 +276,10 @@ impl MissionResult {
         };
         // The last mode says only that the navigator gave up; the mode before is the reason.
         let before = earlier.iter().rev().find(|row| row.mode != Mode::Failed);
-        let mode = before.map_or(last.mode, |row| row.mode).name().replace('_', " ");
+        let mode = before.map_or(last.mode, |row| row.mode).name();
+        // A robot that waits for its operator does not do what its mode says.
+        let waits = self.last_action.awaits_operator();
+        let mode = if waits { self.last_action.name() } else { mode }.replace('_', " ");
         let Pose { x, y, yaw } = last.pose;
         Some(format!("{why}; {mode} at ({x:.2}, {y:.2}, {yaw:.2})"))
     }

@@ -15,6 +15,7 @@ use super::{
     Config, Contact, Encounters, GroundTruth, LidarData, MissionEnd, ObstacleGap, OdometryReading,
     Robot, RobotConfig, Trace, TraceRow, ZoneCompliance,
 };
+use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, Twist};
 use crate::local::{CpuEngine, Engine};
 use crate::map::{OccupancyGrid, ScanChange};
@@ -69,6 +70,9 @@ pub struct MissionRun<R> {
     contact: Option<Contact>,
     early_end: Option<EarlyEnd>,
     protective_actions: BTreeMap<&'static str, u64>,
+    last_action: ProtectiveAction,
+    /// Number of ticks in which the robot waited for its operator.
+    waiting_ticks: u64,
     engine: String,
     /// Number of ticks until the time limit.
     ticks: u64,
@@ -150,6 +154,8 @@ impl<R: Robot> MissionRun<R> {
             contact: None,
             early_end: None,
             protective_actions: BTreeMap::new(),
+            last_action: ProtectiveAction::Pass,
+            waiting_ticks: 0,
             engine,
         })
     }
@@ -213,9 +219,10 @@ impl<R: Robot> MissionRun<R> {
     }
 
     fn is_time_up(&self) -> bool {
+        let waited_s = self.waiting_ticks as f64 * self.config.local.control_period_s;
         match self.began_s {
-            Some(_) => self.now_s() >= self.mission.time_limit_s,
-            None => self.trace.rows.len() as u64 >= self.ticks,
+            Some(_) => self.now_s() - waited_s >= self.mission.time_limit_s,
+            None => self.trace.rows.len() as u64 >= self.ticks + self.waiting_ticks,
         }
     }
 
@@ -282,7 +289,9 @@ impl<R: Robot> MissionRun<R> {
         });
         if protective_action.awaits_operator() {
             self.navigator.restart_progress();
+            self.waiting_ticks += 1;
         }
+        self.last_action = protective_action;
         (row, has_stopped)
     }
 
@@ -422,6 +431,7 @@ impl<R: Robot> MissionRun<R> {
             early_end: self.early_end,
             robot_fault: self.robot.fault(),
             protective_actions: self.protective_actions,
+            last_action: self.last_action,
             odometry_scale: self.pose_estimator.odometry_scale(),
             map_changes: self.pose_estimator.map_changes(&self.mission.map),
             ..drive

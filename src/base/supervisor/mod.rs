@@ -17,21 +17,26 @@
 //!   [`BaseSupervisor::release`] while the base stands still.
 //! - A failed connection is closed with three or more zero commands and reopened after a pause that doubles with each failure.
 //!   On a new connection zero commands go first, until the base has reported.
-//! - The supervisor ends with three or more zero commands: when it is dropped, hence also when the owner's thread panics; when
-//!   its own thread panics; and when the shutdown flag is set, as a handler of Ctrl-C and SIGTERM does.
+//! - The supervisor ends with zero commands until the reports show a standstill: when it is dropped, hence also when the owner's
+//!   thread panics, and when the shutdown flag is set, as a handler of Ctrl-C and SIGTERM does. A base that has not stopped one second
+//!   after its braking time ignores its commands: [`BaseSupervisor::end`] returns that cause. When the supervisor's own thread panics,
+//!   three or more zero commands are sent.
 //!
 //! A process that is killed or suspended (SIGKILL, SIGSTOP, a crash, loss of power) sends nothing more, and a cut cable carries
 //! nothing. The base's own watchdog must then act: after 0.5 s with native frames and, as the session configures it, with a
 //! `RoboClaw`; after 2 s with a `ROSArduinoBridge`. WHEELTEC's published firmware has no watchdog and keeps driving.
 
+mod command_rejected;
 mod connection;
 mod odometer;
 mod safety;
+mod standstill;
 mod thread;
 
+pub use command_rejected::CommandRejected;
 pub(super) use connection::Backoff;
 pub use connection::OpenBase;
-pub use safety::{CommandRejected, DriveStatus, OutgoingCommand, SafetyController};
+pub use safety::{DriveStatus, OutgoingCommand, SafetyController};
 pub use thread::{BaseSupervisor, ScanSource, SupervisorCounters, SupervisorStatus};
 
 use serde::{Deserialize, Serialize};

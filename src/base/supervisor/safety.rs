@@ -1,8 +1,7 @@
 //! The safety policy of the supervisor: which command goes to the base now. No thread, no port, no clock.
 
-use thiserror::Error;
-
-use super::SupervisorSettings;
+use super::standstill::Standstill;
+use super::{CommandRejected, SupervisorSettings};
 use crate::base::fault_detector::{BaseSample, FaultDetector};
 use crate::base::{
     BaseError, BaseSettings, Faults, Feedback, OperatorState, ProtectiveAction, ProtectiveLayer,
@@ -18,9 +17,8 @@ const RESTART_S: f64 = 0.1;
 /// Lag of a track behind its command, seconds. A base that follows with a greater lag brakes from its measured speed.
 const LAG_S: f64 = 0.2;
 
-/// Standstill before a release, seconds, and its largest turn rate, rad/s. A single report of zero may be a swing's reversal.
-const STILL_S: f64 = 0.3;
-const STILL_RAD_S: f64 = 0.1;
+/// Time beyond braking for a base to come to a standstill after the end of its commands, seconds.
+const SETTLING_S: f64 = 1.0;
 
 /// Time after a release in which the base may still report its stop, seconds: command and report take time.
 const RELEASE_GRACE_S: f64 = 0.5;
@@ -37,33 +35,6 @@ pub enum OutgoingCommand {
     EngageStop,
     /// The end of the latched stop, sent once.
     ReleaseStop,
-}
-
-/// Why a target or a release was rejected.
-#[derive(Clone, Copy, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum CommandRejected {
-    /// A motion or a time stamp that is NaN or infinite.
-    #[error("the target is not finite")]
-    NotFinite,
-    /// The time stamp is older than that of the previous target.
-    #[error("the target is {by_s:.3} s older than the previous one")]
-    OutOfOrder {
-        /// Difference of the time stamps, seconds.
-        by_s: f64,
-    },
-    /// The time stamp is farther ahead than a target lasts: such a target would never expire.
-    #[error("the target is {ahead_s:.3} s ahead of the clock")]
-    TooFarAhead {
-        /// Time stamp minus now, seconds.
-        ahead_s: f64,
-    },
-    /// A stop is latched.
-    #[error("a stop is latched: release it first")]
-    Stopped,
-    /// The base still moves.
-    #[error("the base still moves: a stop is released at a standstill")]
-    StillMoving,
 }
 
 /// What the base is commanded to do, and why.
@@ -114,9 +85,9 @@ pub struct SafetyController {
     has_feedback: bool,
     /// The newest report.
     report: Report,
-    /// Start of the time in which every report showed a standstill.
-    still_since_s: Option<f64>,
-    is_still: bool,
+    standstill: Standstill,
+    /// Time by which the base must stand, once [`Self::end`] was called.
+    stands_by_s: Option<f64>,
     sent: Twist,
     tick_clock: TickClock,
     /// End of the last gap. Only later targets are followed.
@@ -185,8 +156,8 @@ impl SafetyController {
             status: DriveStatus::NoTarget,
             has_feedback: false,
             report: Report::default(),
-            still_since_s: Some(f64::NEG_INFINITY),
-            is_still: true,
+            standstill: Standstill::new(),
+            stands_by_s: None,
             sent: Twist::STOP,
             tick_clock: TickClock::new(settings.period_s()),
             resumed_s: f64::NEG_INFINITY,
@@ -259,7 +230,7 @@ impl SafetyController {
     /// # Errors
     /// [`CommandRejected::StillMoving`] if the base reports motion.
     pub fn release(&mut self) -> Result<(), CommandRejected> {
-        if self.has_feedback && !self.is_still {
+        if self.has_feedback && !self.standstill.is_still() {
             return Err(CommandRejected::StillMoving);
         }
         self.stop_cause = None;
@@ -280,7 +251,7 @@ impl SafetyController {
             return OutgoingCommand::EngageStop;
         }
         if self.release == Release::Due && self.has_feedback {
-            if !self.is_still {
+            if !self.standstill.is_still() {
                 // It was released while it could not report, or has begun to move since.
                 self.interrupt(now_s, DriveStatus::Restarting);
                 return OutgoingCommand::EngageStop;
@@ -291,6 +262,10 @@ impl SafetyController {
         }
         if !self.has_feedback {
             self.interrupt(now_s, DriveStatus::AwaitingFeedback);
+            return OutgoingCommand::Drive(Twist::STOP);
+        }
+        if self.stands_by_s.is_some() {
+            self.interrupt(now_s, DriveStatus::NoTarget);
             return OutgoingCommand::Drive(Twist::STOP);
         }
         if let Some(action) = self.forbidden(now_s) {
@@ -411,8 +386,10 @@ impl SafetyController {
                 layer.update_motion(&feedback.twist, stamp_s);
             }
         }
-        self.update_still(feedback, now_s);
-        if self.stop_cause.is_some() {
+        let least = self.settings.fault_detector.motion_threshold_m_s;
+        let turn_rate = feedback.yaw_rate.unwrap_or(feedback.twist.angular);
+        self.standstill.update((self.fastest(), least), turn_rate, now_s);
+        if self.stop_cause.is_some() || self.stands_by_s.is_some() {
             return;
         }
         match self.release {
@@ -428,13 +405,32 @@ impl SafetyController {
         }
     }
 
-    fn update_still(&mut self, feedback: &Feedback, now_s: f64) {
-        let fastest = self.report.tracks.left.abs().max(self.report.tracks.right.abs());
-        let turn_rate = feedback.yaw_rate.unwrap_or(feedback.twist.angular);
-        let stands = fastest < self.settings.fault_detector.motion_threshold_m_s
-            && turn_rate.abs() < STILL_RAD_S;
-        self.still_since_s = stands.then(|| self.still_since_s.unwrap_or(now_s));
-        self.is_still = self.still_since_s.is_some_and(|since_s| now_s - since_s >= STILL_S);
+    /// Reported speed of the faster track, m/s.
+    fn fastest(&self) -> f64 {
+        self.report.tracks.left.abs().max(self.report.tracks.right.abs())
+    }
+
+    /// Ends all motion for good: from now on only stops go out. [`Self::has_ended`] tells how long to send them.
+    pub fn end(&mut self, now_s: f64) {
+        self.release = Release::None;
+        let braking_s = self.fastest() / -self.base.tracks.decel_lim_track;
+        self.stands_by_s = Some(now_s + braking_s + SETTLING_S);
+    }
+
+    /// Whether the base stands after [`Self::end`], or should have stood for a second: if its reports then still show motion, it ignores its
+    /// commands, and a stop is latched for that cause.
+    pub fn has_ended(&mut self, now_s: f64) -> bool {
+        let is_over = self.stands_by_s.is_some_and(|latest_s| now_s >= latest_s);
+        let is_known = matches!(
+            self.stop_cause,
+            Some(StopCause::IgnoresCommands { .. } | StopCause::Runaway { .. })
+        );
+        if is_over && self.has_feedback && self.standstill.moves() && !is_known {
+            let measured = self.base.drive().twist(&self.report.tracks);
+            let Twist { linear, angular } = Twist::STOP;
+            self.stop_cause = Some(StopCause::IgnoresCommands { linear, angular, measured });
+        }
+        is_over || self.stands_by_s.is_some() && self.standstill.is_still()
     }
 
     /// The connection has failed, or could not be opened.
@@ -454,7 +450,7 @@ impl SafetyController {
     /// Forgets the earlier reports: the base may have been pushed meanwhile.
     const fn forget_reports(&mut self) {
         self.has_feedback = false;
-        (self.still_since_s, self.is_still) = (None, false);
+        self.standstill.forget();
     }
 
     /// What the last command was, and why.

@@ -57,7 +57,7 @@ pub struct SupervisorStatus {
     pub counters: SupervisorCounters,
     /// The last failure of the connection, if there was one.
     pub last_failure: Option<BaseError>,
-    /// Whether commands are still sent; false after the shutdown flag was set.
+    /// Whether targets are still followed; false after the shutdown flag was set.
     pub is_running: bool,
 }
 
@@ -66,7 +66,7 @@ static SENDERS: AtomicUsize = AtomicUsize::new(0);
 
 /// Sends the current target to a base at a fixed rate, with the guarantees of [its module](super).
 ///
-/// Dropping it stops the base with three or more zero commands and waits for them: about 0.2 s in the worst case.
+/// Dropping it stops the base, as [`Self::end`] does.
 pub struct BaseSupervisor {
     started: Instant,
     shared: Arc<Mutex<SharedState>>,
@@ -174,6 +174,24 @@ impl BaseSupervisor {
         lock(&self.shared).controller.release()
     }
 
+    /// Stops the base and closes the connection: sends zero commands until the reports show a standstill for 0.3 s, for the braking
+    /// time and one second at most. Returns the last status: [`SupervisorStatus::stop_cause`] tells of a base that still moves, and
+    /// [`SupervisorStatus::is_running`] whether the supervisor ran until this call.
+    #[must_use]
+    pub fn end(mut self) -> SupervisorStatus {
+        let is_running = self.status().is_running;
+        self.join();
+        SupervisorStatus { is_running, ..self.status() }
+    }
+
+    fn join(&mut self) {
+        self.is_dropped.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that panicked has sent its zero commands while unwinding.
+            let _ = thread.join();
+        }
+    }
+
     /// Returns a snapshot of the state.
     #[must_use]
     pub fn status(&self) -> SupervisorStatus {
@@ -200,11 +218,7 @@ impl BaseSupervisor {
 
 impl Drop for BaseSupervisor {
     fn drop(&mut self) {
-        self.is_dropped.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
-            // A thread that panicked has sent its zero commands while unwinding.
-            let _ = thread.join();
-        }
+        self.join();
     }
 }
 
@@ -240,7 +254,13 @@ impl SendLoop {
     fn run(mut self) {
         let mut due = Instant::now();
         let is_set = |flag: &AtomicBool| flag.load(Ordering::Relaxed);
-        while !is_set(&self.shutdown) && !is_set(&self.is_dropped) {
+        loop {
+            if is_set(&self.shutdown) || is_set(&self.is_dropped) {
+                let now_s = self.started.elapsed().as_secs_f64();
+                if lock(&self.shared).has_ended(now_s) {
+                    return;
+                }
+            }
             self.cycle();
             due += self.period;
             let now = Instant::now();
@@ -275,6 +295,15 @@ impl SharedState {
             self.controller.update_scan(&scan, end_s);
         }
         self.controller.next_command(now_s)
+    }
+
+    /// Ends all motion, and tells whether the base stands, or its time for it is over.
+    fn has_ended(&mut self, now_s: f64) -> bool {
+        if self.is_running {
+            self.is_running = false;
+            self.controller.end(now_s);
+        }
+        self.controller.has_ended(now_s)
     }
 
     fn update(&mut self, exchange: Exchange, now_s: f64) {

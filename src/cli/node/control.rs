@@ -53,7 +53,7 @@ pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
     let DdsSettings { namespace, domain, .. } = &settings;
     output::note(format!("node {namespace}/inbye in domain {domain}"));
     let OperatorArguments { arm, operator_port } = arguments.operator;
-    operator::serve(&core.operator(), arm, operator_port)?;
+    operator::serve(core.operator(), arm, operator_port)?;
     let mut due_s = 0.0;
     while !stop.load(Ordering::Relaxed) {
         let now_s = clock();

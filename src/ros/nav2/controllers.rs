@@ -1,5 +1,5 @@
 //! The plugins of the controller server: of those that Nav2 loads, the first checker of each kind and the first supported controller
-//! are imported.
+//! are imported. Regulated Pure Pursuit gives only its highest speeds, so it is imported where no other controller is supported.
 
 use super::config_builder::ConfigBuilder;
 use super::parameter_file::Parameters;
@@ -8,6 +8,7 @@ use super::{Nav2Error, UnmappedReason, tables};
 
 const DWB: &str = "dwb_core::DWBLocalPlanner";
 const MPPI: &str = "nav2_mppi_controller::MPPIController";
+const PURE_PURSUIT: &str = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController";
 /// A controller that contains another and first rotates the robot in place.
 const ROTATION_SHIM: &str = "nav2_rotation_shim_controller::RotationShimController";
 /// The parameter with the type of the contained controller, or the prefix of its parameters.
@@ -69,10 +70,14 @@ fn import_controller(
 ) -> Result<(), Nav2Error> {
     let is_controller =
         |plugin: &str| plugin.ends_with("Controller") || plugin.ends_with("LocalPlanner");
+    let names = loaded_plugins(parameters, &["controller_plugins"], is_controller, builder);
+    let plugins: Vec<(String, Parameters)> =
+        names.into_iter().map(|name| (name.clone(), parameters.remove_plugin(&name))).collect();
+    let full_rules = |plugin: &Parameters| controller_rules(plugin, false);
+    let needs_speeds = !plugins.iter().any(|(_, plugin)| full_rules(plugin).is_some());
     let mut imported: Option<String> = None;
-    for name in loaded_plugins(parameters, &["controller_plugins"], is_controller, builder) {
-        let mut plugin = parameters.remove_plugin(&name);
-        match (&imported, controller_rules(&plugin)) {
+    for (name, mut plugin) in plugins {
+        match (&imported, controller_rules(&plugin, needs_speeds)) {
             (None, Some((own, nested))) => {
                 let primary = nested.map(|rules| (plugin.remove_plugin(PRIMARY), rules));
                 apply(plugin, &own, builder)?;
@@ -86,7 +91,9 @@ fn import_controller(
                 let kind =
                     plugin.take("plugin", "a text", |value| value.as_str().map(str::to_owned))?;
                 let type_name = kind.as_ref().map_or("no type", |kind| &kind.value);
-                let explanation = format!("of {type_name}: the import supports only DWB and MPPI");
+                let explanation = format!(
+                    "of {type_name}: the import supports only DWB, MPPI, and without them the highest speeds of Regulated Pure Pursuit"
+                );
                 let kind_path = kind.as_ref().map(|kind| kind.path.clone());
                 for path in plugin.unused().map(|(_, path)| path).chain(kind_path) {
                     builder.add_unmapped(path, UnmappedReason::NotSupported, explanation.clone());
@@ -109,10 +116,12 @@ fn leave(plugin: Parameters, builder: &mut ConfigBuilder, first: &str) {
 /// rotation shim and nested there.
 type ControllerRules = (Vec<&'static [Rule]>, Option<&'static [Rule]>);
 
-fn controller_rules(plugin: &Parameters) -> Option<ControllerRules> {
+/// The rules of a controller; of one that gives only its highest speeds if `with_speeds`.
+fn controller_rules(plugin: &Parameters, with_speeds: bool) -> Option<ControllerRules> {
     let of_type = |name: &str| match name {
         DWB => Some(tables::DWB),
         MPPI => Some(tables::MPPI),
+        PURE_PURSUIT if with_speeds => Some(tables::PURE_PURSUIT),
         _ => None,
     };
     let outer = plugin.peek_text("plugin")?;

@@ -1,4 +1,4 @@
-//! Imports Nav2 parameter files: DWB, MPPI, rotation shim, velocity smoother, the footprint of the local costmap, and the goal
+//! Imports Nav2 parameter files: DWB, MPPI, speeds of Regulated Pure Pursuit, rotation shim, velocity smoother, the footprint of the local costmap, and the goal
 //! and progress checkers.
 //!
 //! Names and meanings are those of Nav2's configuration guide (docs.nav2.org, 2026) and of the parameter files in

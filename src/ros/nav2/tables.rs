@@ -1,6 +1,6 @@
 //! The rules of the import as tables: parameters, and the settings that follow from them or the reason why none does.
 
-use super::UnmappedReason::{DifferentMeaning, NoEquivalent, NotInEffect};
+use super::UnmappedReason::{DifferentMeaning, NoEquivalent, NotInEffect, NotSupported};
 use super::footprint::import_footprint;
 use super::parameter_file::Parameters;
 use super::rules::Conversion::{Angle, Count, Element, Negated, NegatedElement, Number, Period};
@@ -138,6 +138,20 @@ pub(super) const DWB: &[Rule] = &[
     Leave("PreferForward.*", DifferentMeaning, "local.weights.velocity weights the forward speed, normalized over all samples"),
     Leave("Twirling.*", NoEquivalent, NO_TERM),
     Leave("MapGrid*", NoEquivalent, NO_TERM),
+];
+
+fn has_desired_speed(parameters: &Parameters) -> bool {
+    parameters.peek("desired_linear_vel").is_some() || parameters.peek("max_linear_vel").is_none()
+}
+
+/// Nav2's Regulated Pure Pursuit: only its limits have a meaning for the dynamic window. The highest speed is `desired_linear_vel` in older
+/// versions, `max_linear_vel` in newer ones.
+#[rustfmt::skip]
+pub(super) const PURE_PURSUIT: &[Rule] = &[
+    at_most("desired_linear_vel", "robot.limits.max_vel_x").or_default(0.5).when(has_desired_speed),
+    at_most("max_linear_vel", "robot.limits.max_vel_x"),
+    at_most("max_angular_vel", "robot.limits.max_vel_theta"),
+    Leave("*", NotSupported, "of Regulated Pure Pursuit: the import supports only its highest speeds"),
 ];
 
 const WINDOW_GRID: &str =

@@ -83,12 +83,12 @@ fn check_reports_errors_of_the_commands() {
     for (arguments, words) in [
         ("--check bad.toml", "bad.toml: line 2; did you mean `vx_samples`?"),
         ("--check gone.toml", "--check gone.toml: cannot be read"),
-        ("--check base.toml", "base.toml: line 1; unknown field `supervisor`"),
+        ("--check base.toml", "base.toml: line 1; unknown field `supervisor`; a base; with --base"),
         (
             "--base --check base.toml",
             "base.toml: line 2, `rate_hz = 1.0`: [supervisor] rate_hz is 1; 10 to 1000",
         ),
-        ("--base --check good.toml", "good.toml: line 1; unknown field `local`"),
+        ("--base --check good.toml", "good.toml: line 1; unknown field `local`; without --base"),
         ("", "--print; --check; --help"),
         ("--print --check good.toml", "--print; --check"),
         ("--print import-nav2 nav2_params.yaml", "import-nav2; --print"),

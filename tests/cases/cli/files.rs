@@ -343,6 +343,24 @@ fn outputs_without_room_keep_the_earlier_content() {
     assert_eq!(left, 0, "neither a part nor an empty page");
 }
 
+/// The files of a drive do not depend on its standard output.
+#[test]
+fn result_that_cannot_be_written_costs_no_file() {
+    let place = Workplace::new();
+    let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("a device");
+    let arguments =
+        "drive --scene roadway --time-limit 1 --engine cpu --report page --record a.jsonl";
+    let mut command = Command::new(env!("CARGO_BIN_EXE_inbye"));
+    let run = command.args(arguments.split(' ')).current_dir(place.path("")).stdout(full).output();
+    let run = run.expect("the program starts");
+    assert_eq!(run.status.code(), Some(2), "{run:?}");
+    let message = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(message.matches("error: standard output").count(), 1, "{message}");
+    let page = fs::metadata(place.path("page/index.html")).expect("a page");
+    let record = fs::metadata(place.path("a.jsonl")).expect("a recording");
+    assert!(page.len() > 1000 && record.len() > 1000);
+}
+
 #[test]
 fn help_that_cannot_be_written_is_an_error() {
     let place = Workplace::new();

@@ -34,6 +34,9 @@ fn replay_reproduces_recorded_drive() {
     );
     let size = fs::metadata(place.path("run.mcap")).expect("it is there").len();
     assert_eq!(drive["recording"]["bytes"], json!(size));
+    let bytes = fs::read(place.path("run.mcap")).expect("it is there");
+    let date = b"inbye.start";
+    assert!(!bytes.windows(date.len()).any(|part| part == date), "a simulation has no date");
     let (_, alone) = place.json(DRIVE);
     assert_eq!(alone["trace_digest"], drive["trace_digest"]);
     assert_eq!(alone["recording"], Value::Null);

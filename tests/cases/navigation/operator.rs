@@ -59,7 +59,8 @@ fn robot_that_waits_for_its_operator_is_not_stuck() {
     let frame = GridFrame::new(240, 120, 0.05, Pose::default()).expect("a valid size");
     let map = OccupancyGrid::filled(frame, 0);
     let (start, goal) = (Pose::new(2.0, 3.0, 0.0), Goal::at(Point::new(10.0, 3.0)));
-    let mission = Mission { time_limit_s: 300.0, ..Mission::new(Arc::new(map), start, goal) };
+    let mission = Mission { time_limit_s: 60.0, ..Mission::new(Arc::new(map), start, goal) };
+    // The robot waits for three times the time limit, which is for driving.
     let config = Config::default();
     let robot = Simulation::new(mission.clone()).robot(&config).expect("valid settings");
     let stopped_s = ARMED_S + 3.0..2.0 * ARMED_S;

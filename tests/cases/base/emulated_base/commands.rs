@@ -173,6 +173,7 @@ fn wrong_protocol_is_reported() {
     let ended = Process::start(&other).wait();
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
     assert!(ended.stderr.contains("no answer within 3 s"), "{ended:?}");
+    assert!(ended.stderr.contains("status_bytes = 2 in [base.roboclaw]"), "{ended:?}");
 }
 
 #[test]

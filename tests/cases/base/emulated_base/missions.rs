@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use crate::support::room;
 use serde_json::{Value, json};
@@ -88,6 +88,15 @@ fn real_time_mission_is_recorded_and_replayed() {
     let replay = replayed.object();
     assert_eq!(replay["ticks"], driven["ticks"], "{replay}");
     assert_eq!(replay["complete"], json!(true), "{replay}");
+    let recording = fs::read(&file).expect("a recording");
+    let key = b"unix_s";
+    let at = recording.windows(key.len()).position(|bytes| bytes == key).expect("a date");
+    // The text follows its length, four bytes.
+    let digits = recording[at + key.len() + 4..].iter().take_while(|byte| byte.is_ascii_digit());
+    let text = String::from_utf8(digits.copied().collect()).expect("digits");
+    let now_s = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).expect("a date").as_secs();
+    let age_s = now_s - text.parse::<u64>().expect("seconds");
+    assert!((3..120).contains(&age_s), "{age_s}");
 }
 
 #[test]

@@ -72,6 +72,22 @@ fn signals_stop_base_with_zeros() {
     });
 }
 
+/// The emulated firmware keeps its last speed.
+#[test]
+fn base_that_drives_on_after_a_signal_is_a_fault() {
+    let base = Emulated::start("wheeltec", "--fault ignored-commands@3");
+    let mut host = base.host("base send --linear 0.3 --for 600");
+    host.await_note("the base answers");
+    thread::sleep(4 * START_TIME);
+    host.signal("INT");
+    let ended = host.wait();
+    assert_eq!(ended.status.code(), Some(1), "{ended:?}");
+    let object = ended.object();
+    assert_eq!(object["interrupted"], json!(true), "{ended:?}");
+    let cause = object["stop_cause"].as_str().expect("a cause");
+    assert!(cause.contains("cut the motors' power"), "{cause}");
+}
+
 /// Checks that a signal stops a base without a watchdog, and ends the program.
 fn check_signal(signal: &str, command: &str, (note, after): (&str, Duration)) {
     let base = Emulated::start("wheeltec", "");

@@ -127,9 +127,61 @@ fn dropped_supervisor_sends_three_zeros() {
     assert_ne!(base.last(1), [Twist::STOP]);
     drop(supervisor);
     assert_eq!(base.last(3), [Twist::STOP; 3]);
-    assert_ne!(base.last(6)[0], Twist::STOP, "it drove until the end");
+    // Zeros for a standstill of 0.3 s, and the last ones.
+    assert!(base.last(100).iter().any(|sent| *sent != Twist::STOP), "it drove until the end");
     // The flag of the caller may be that of a handler of signals.
     assert!(!base.shutdown.load(Ordering::Relaxed));
+}
+
+/// A base that follows zero only after a number of reports, if ever.
+struct SlowToStop {
+    now: Twist,
+    reports_at_speed: Option<u32>,
+}
+
+impl Base for SlowToStop {
+    fn send(&mut self, command: &Twist) -> Result<(), BaseError> {
+        match &mut self.reports_at_speed {
+            _ if *command != Twist::STOP => self.now = *command,
+            Some(0) => self.now = Twist::STOP,
+            Some(left) => *left -= 1,
+            None => {}
+        }
+        Ok(())
+    }
+
+    fn feedback(&mut self) -> Result<Feedback, BaseError> {
+        Ok(Feedback { twist: self.now, ..Feedback::default() })
+    }
+}
+
+#[test]
+fn end_waits_for_the_standstill_and_reports_a_base_that_drives_on() {
+    for (reports_at_speed, stops) in [(Some(100), true), (None, false)] {
+        let open: OpenBase =
+            Box::new(move || Ok(Box::new(SlowToStop { now: Twist::STOP, reports_at_speed })));
+        let settings =
+            SupervisorSettings::default().rate_hz(200.0).target_timeout_s(2.0).max_gap_s(2.0);
+        let supervisor =
+            BaseSupervisor::start(open, &BaseSettings::default(), settings, Arc::default());
+        let supervisor = supervisor.expect("a connection");
+        drive_until(&supervisor, is_fast);
+        let began = Instant::now();
+        let status = supervisor.end();
+        assert!(status.is_running, "it ran until the call");
+        assert!(began.elapsed() > Duration::from_millis(500), "{:?}", began.elapsed());
+        let why = status.stop_cause.map(|cause| cause.to_string());
+        if stops {
+            assert_eq!(why, None);
+            assert_eq!(status.feedback.expect("reports").twist, Twist::STOP);
+        } else {
+            let why = why.expect("a cause");
+            assert!(
+                why.contains("keeps 0.50 m/s") && why.contains("cut the motors' power"),
+                "{why}"
+            );
+        }
+    }
 }
 
 #[test]

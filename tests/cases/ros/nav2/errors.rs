@@ -96,10 +96,10 @@ controller_server:
   ros__parameters:
     controller_plugins: ["FollowPath"]
     FollowPath:
-      desired_linear_vel: 0.5
-      plugin: "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+      v_linear_max: 0.5
+      plugin: "nav2_graceful_controller::GracefulController"
 "#;
-    let words = "controller_server.FollowPath.plugin; RegulatedPurePursuitController: the import supports only DWB and MPPI";
+    let words = "controller_server.FollowPath.plugin; GracefulController: the import supports only DWB, MPPI";
     assert_rejected(text, None, words);
 }
 

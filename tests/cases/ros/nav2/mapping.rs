@@ -118,6 +118,31 @@ fn mppi_in_shim_gives_limits_horizon_and_thresholds() {
     assert!(imported.base_config.is_empty());
 }
 
+/// Older and newer names of the highest speed, with and without a shim, and Nav2's default.
+#[test]
+fn pure_pursuit_gives_its_highest_speeds() {
+    let plugin = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController";
+    let shim = "nav2_rotation_shim_controller::RotationShimController";
+    let own = format!("plugin: {plugin}");
+    let shimmed = format!("plugin: {shim}\n      primary_controller: {plugin}");
+    for (controller, given, speed) in [
+        (&own, "desired_linear_vel: 0.3", 0.3),
+        (&own, "max_linear_vel: 0.7", 0.7),
+        (&own, "desired_linear_vel: 0.6\n      max_linear_vel: 0.4", 0.4),
+        (&own, "max_angular_vel: 0.9", 0.5),
+        (&shimmed, "desired_linear_vel: 0.3", 0.3),
+    ] {
+        let text = format!(
+            "controller_server:\n  ros__parameters:\n    controller_plugins: [FollowPath]\n    FollowPath:\n      {controller}\n      \
+             {given}\n      lookahead_time: 1.5\n"
+        );
+        let (imported, config, _) = import_valid(&text, None);
+        assert_eq!(config.robot.limits.max_vel_x, speed, "{text}");
+        let (reason, _) = unmapped(&imported, "controller_server.FollowPath.lookahead_time");
+        assert_eq!(reason, UnmappedReason::NotSupported, "{text}");
+    }
+}
+
 /// Newer files nest the controller in the shim.
 #[test]
 fn controller_nested_in_shim_is_imported() {
