@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn lidar_that_is_turned_shows_after_three_metres() {
         for yaw in [0.0, 1.0, 3.1] {
-            for turned in [0.17, -0.17, 1.57, 3.14] {
+            for turned in [0.17, -0.17, 1.57, 3.1] {
                 let after_m = turned_after_m(yaw, turned, 0.0, 0.0);
                 assert!(after_m.is_some_and(|m| (2.9..3.6).contains(&m)), "{turned}: {after_m:?}");
             }

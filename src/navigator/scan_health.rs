@@ -184,22 +184,22 @@ impl ScanHealth {
         let gaps = gaps(&compared);
         let wide = in_wide_gaps(&gaps, count, (WIDE_GAP_RAD / spacing).ceil() as usize);
         let ray = |(beam, is_in_wide_gap): (&ComparedBeam, bool)| {
-            let &ComparedBeam { sector, range_m, on_map_m, returns, is_in_opening } = beam;
+            let &ComparedBeam { sector, range_m, on_map_m, returns, .. } = beam;
             let is_expected =
                 on_map_m <= near_m || on_map_m <= sure_m && (returns || is_in_wide_gap);
             let is_on_map = is_expected || range_m > sure_m;
             let is_far = returns && is_on_map && range_m >= OPEN_SHARE * sure_m;
-            Ray { sector, returns, is_expected, is_far, is_in_opening }
+            Ray { sector, returns, is_expected, is_far }
         };
         let rays: Vec<Ray> = compared.iter().zip(wide).map(ray).collect();
         let mut sectors = [Coverage::default(); SECTORS];
-        for ray in &rays {
+        for (ray, beam) in rays.iter().zip(&compared) {
             let sector = &mut sectors[ray.sector];
             sector.beams += 1;
             sector.returns += u32::from(ray.returns);
             sector.expected += u32::from(ray.is_expected);
             sector.missing += u32::from(ray.is_expected && !ray.returns);
-            sector.in_open_gaps += u32::from(ray.is_in_opening);
+            sector.in_open_gaps += u32::from(beam.is_in_opening);
         }
         if is_full_turn(scan) {
             judge_gaps(&rays, gaps, &mut sectors);
@@ -286,7 +286,6 @@ struct Ray {
     is_expected: bool,
     /// Whether it shows a surface where the map does, so far away that the surfaces next to it may be out of range.
     is_far: bool,
-    is_in_opening: bool,
 }
 
 /// The gaps of neighbouring beams without a return. The last beam is next to the first one: places count on around a full turn.
