@@ -33,7 +33,7 @@ fn with_other_kind<T: Default + Serialize + DeserializeOwned>(
     kind: &str,
     flags: &str,
 ) -> anyhow::Error {
-    let text = file.and_then(|file| read_text(file).ok()).unwrap_or_default();
+    let Some(text) = file.and_then(|file| read_text(file).ok()) else { return error };
     let unchecked = |_: &T| Ok::<(), SettingError>(());
     if parse_toml(&text, &T::default(), unchecked).is_ok() {
         anyhow!("{error:#}; the file has the settings of {kind}: give it with {flags}")
