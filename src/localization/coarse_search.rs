@@ -5,6 +5,7 @@
 use nalgebra::Matrix3;
 
 use super::DeskewedScan;
+use super::pose_estimate::axis_variances;
 use super::signed_distance_field::SignedDistanceField;
 use crate::geometry::{Point, Pose, wrap_angle};
 
@@ -46,7 +47,7 @@ pub(super) fn search_along(
     covariance: &Matrix3<f64>,
 ) -> Pose {
     let (a, b, c) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
-    let variance = f64::midpoint(a, c) + libm::hypot(0.5 * (a - c), b);
+    let [variance, _] = axis_variances(a, b, c);
     let (sin, cos) = libm::sincos(0.5 * libm::atan2(2.0 * b, a - c));
     let ends: Vec<Point> = scan.hits.iter().map(|hit| prior.transform(&hit.end)).collect();
     let extent_m = (SIGMAS * variance.sqrt()).min(MAX_EXTENT_ALONG_M);

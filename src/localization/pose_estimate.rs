@@ -111,9 +111,7 @@ impl PoseEstimate {
     /// Largest and smallest standard deviation of the position along any axis, metres.
     pub(super) fn sigmas_m(&self) -> [f64; 2] {
         let [[a, b, _], [_, c, _], _] = self.covariance;
-        let (mean, half) = (f64::midpoint(a, c), (a - c) / 2.0);
-        let differs = (half * half + b * b).sqrt();
-        [mean + differs, mean - differs].map(sigma)
+        axis_variances(a, b, c).map(sigma)
     }
 
     /// Whether too little is known of the pose. Along a smooth roadway the scans show where the walls are, which is enough to drive.
@@ -132,6 +130,13 @@ impl PoseEstimate {
     pub fn sigma_rad(&self) -> f64 {
         sigma(self.covariance[2][2])
     }
+}
+
+/// The largest and the smallest variance along any axis, of the covariance ((a, b), (b, c)).
+pub(super) fn axis_variances(a: f64, b: f64, c: f64) -> [f64; 2] {
+    let (mean, half) = (f64::midpoint(a, c), (a - c) / 2.0);
+    let differs = (half * half + b * b).sqrt();
+    [mean + differs, mean - differs]
 }
 
 /// The standard deviation of a variance. One that was computed from numbers without a limit is infinite: the pose is unknown.

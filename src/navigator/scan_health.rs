@@ -181,7 +181,7 @@ impl ScanHealth {
         let [near_m, sure_m] =
             [SureRange::LEAST, self.sure_range.share()].map(|share| share * scan.range_max);
         let spacing = scan.angle_increment * beams as f64 / count as f64;
-        let gaps = gaps(&compared);
+        let gaps = gaps(count, |ray| compared[ray].returns);
         let wide = in_wide_gaps(&gaps, count, (WIDE_GAP_RAD / spacing).ceil() as usize);
         let ray = |(beam, is_in_wide_gap): (&ComparedBeam, bool)| {
             let &ComparedBeam { sector, range_m, on_map_m, returns, .. } = beam;
@@ -288,17 +288,17 @@ struct Ray {
     is_far: bool,
 }
 
-/// The gaps of neighbouring beams without a return. The last beam is next to the first one: places count on around a full turn.
-fn gaps(beams: &[ComparedBeam]) -> Vec<Range<usize>> {
-    let count = beams.len();
-    if !beams.iter().any(|beam| beam.returns) {
+/// The gaps of neighbouring beams without a return, of a number of beams. The last beam is next to the first one: places count on
+/// around a full turn.
+fn gaps(count: usize, returns: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
+    if !(0..count).any(&returns) {
         return core::iter::once(0..count).collect();
     }
     let after = |before: usize| {
-        let length = (1..count).take_while(|step| !beams[(before + step) % count].returns).count();
+        let length = (1..count).take_while(|step| !returns((before + step) % count)).count();
         before + 1..before + 1 + length
     };
-    (0..count).filter(|&before| beams[before].returns).map(after).collect()
+    (0..count).filter(|&before| returns(before)).map(after).collect()
 }
 
 /// Whether each of a number of beams lies in a gap of at least some of them.

@@ -293,11 +293,11 @@ impl History {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    /// A full turn with four beams for each degree.
-    fn scan(range: impl Fn(f64) -> f64) -> Scan {
+    /// A full turn with four beams for each degree, by the direction in degrees.
+    pub fn scan(range: impl Fn(f64) -> f64) -> Scan {
         Scan {
             angle_min: -core::f64::consts::PI,
             angle_increment: TAU / 1440.0,

@@ -97,9 +97,14 @@ struct Doubt {
     believed: Pose,
 }
 
+/// The larger standard deviation of x and y, metres.
+fn sigma_m(covariance: &Matrix3<f64>) -> f64 {
+    covariance[(0, 0)].max(covariance[(1, 1)]).sqrt()
+}
+
 /// Whether the next feature of the walls may correct the position by far.
 pub(super) fn is_vague(covariance: &Matrix3<f64>) -> bool {
-    covariance[(0, 0)].max(covariance[(1, 1)]).sqrt() > VAGUE_SIGMA_M
+    sigma_m(covariance) > VAGUE_SIGMA_M
 }
 
 impl Localizer {
@@ -109,8 +114,7 @@ impl Localizer {
         covariance: &Matrix3<f64>,
         information: &Matrix3<f64>,
     ) -> ScanMatch {
-        let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
-        let prior = self.ekf.pose;
+        let (prior, sigma_m) = (self.ekf.pose, sigma_m(covariance));
         let begin = if self.has_sparse_scans {
             search_map(&self.map, &self.scan, &prior, (sigma_m, covariance[(2, 2)].sqrt()))
         } else if is_vague(covariance) {
@@ -248,9 +252,8 @@ impl Localizer {
         let Some(information) = covariance.try_inverse() else {
             return false;
         };
-        let sigma_m = covariance[(0, 0)].max(covariance[(1, 1)]).sqrt();
         let prior = self.ekf.pose;
-        let matched = self.matcher().match_scan(&prior, &information, sigma_m);
+        let matched = self.matcher().match_scan(&prior, &information, sigma_m(&covariance));
         let correction = offset(&prior, &matched.pose);
         let agreement = self.matcher().agreement(&matched.pose);
         agreement.matching_fraction() >= SAME_PLACE_AGREEMENT

@@ -3,6 +3,9 @@
 //! Beams through an opening may have no return, as those of a covered lidar. A cover turns and moves with the robot: the beams
 //! beside it keep their directions. The sides of an opening keep their places: their directions change as the robot turns and drives.
 
+use core::ops::Range;
+
+use super::gaps;
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::Scan;
 use crate::navigator::scan_visibility::{is_full_turn, ranges_towards};
@@ -119,17 +122,12 @@ impl Openings {
 /// The beams on the right and on the left of each gap.
 fn beams_beside_gaps(scan: &Scan) -> Vec<[usize; 2]> {
     let count = scan.ranges.len();
-    let returns: Vec<usize> =
-        (0..count).filter(|&beam| scan.is_return(scan.ranges[beam])).collect();
-    let next = |place: usize| match returns.get(place + 1) {
-        Some(&left) => Some(left),
-        // In a full turn the first beam follows the last.
-        None => is_full_turn(scan).then(|| returns[0] + count),
-    };
-    let beside = |(place, &right): (usize, &usize)| {
-        next(place).filter(|left| left - right > MIN_BEAMS).map(|left| [right, left % count])
-    };
-    returns.iter().enumerate().filter_map(beside).collect()
+    // Only in a full turn the first beam follows the last. Without any return nothing is beside the gap.
+    let has_sides =
+        |gap: &Range<usize>| gap.len() < count && (gap.end < count || is_full_turn(scan));
+    let gaps = gaps(count, |beam| scan.is_return(scan.ranges[beam]));
+    let wide = gaps.into_iter().filter(|gap| gap.len() >= MIN_BEAMS && has_sides(gap));
+    wide.map(|gap| [gap.start - 1, gap.end % count]).collect()
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use crate::robot::Footprint;
 /// A return within this distance of the robot's body lies in it, metres: the noise of a range.
 const OWN_BODY_MARGIN_M: f64 = 0.02;
 /// This many neighbouring beams that end so deep within the robot's body, along the beam, metres, show the robot or dirt on the lidar.
-const OWN_BODY_BEAMS: u32 = 3;
+const OWN_BODY_BEAMS: usize = 3;
 const OWN_BODY_DEPTH_M: f64 = 0.1;
 
 /// Whether a beam ends within the robot's body, by at least a depth along the beam, metres.
@@ -26,12 +26,8 @@ fn ends_within(body: &Footprint, scan: &Scan, depth_m: f64) -> impl Fn(usize) ->
 /// Whether neighbouring beams end deep within the robot's body: on dirt, or on a part of the robot. No obstacle is there.
 pub(super) fn sees_own_body(body: &Footprint, scan: &Scan) -> bool {
     let ends_within = ends_within(body, scan, OWN_BODY_DEPTH_M);
-    let ends = (0..scan.ranges.len()).map(ends_within);
-    let longest = ends.fold((0, 0), |(longest, run), within| {
-        let run = if within { run + 1 } else { 0 };
-        (longest.max(run), run)
-    });
-    longest.0 >= OWN_BODY_BEAMS
+    let mut ends = OWN_BODY_BEAMS..=scan.ranges.len();
+    ends.any(|end| (end - OWN_BODY_BEAMS..end).all(&ends_within))
 }
 
 /// Whether a beam ends within the robot's body and its neighbours do not, as on a grain of dust. An obstacle that touches the robot
@@ -47,19 +43,8 @@ pub(super) fn ends_alone_within(body: &Footprint, scan: &Scan) -> impl Fn(usize)
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::navigator::scan_visibility::tests::scan;
     use crate::robot::Polygon;
-
-    /// A scan with four beams per degree from -180 degrees on, by their directions in degrees.
-    fn scan(range_m: impl Fn(f64) -> f64) -> Scan {
-        let degree = |beam: u32| f64::from(beam) / 4.0 - 180.0;
-        Scan {
-            angle_min: -core::f64::consts::PI,
-            angle_increment: core::f64::consts::TAU / 1440.0,
-            range_max: 12.0,
-            ranges: (0..1440).map(|beam| range_m(degree(beam))).collect(),
-            ..Scan::default()
-        }
-    }
 
     fn body() -> Footprint {
         Footprint::covering(Polygon::rectangle(0.8, 0.4).expect("a body"))
