@@ -174,7 +174,7 @@ impl DeskewedScan {
             let robot = Pose::new(
                 cos_here * x + sin_here * y,
                 cos_here * y - sin_here * x,
-                then.yaw - here.yaw,
+                wrap_angle(then.yaw - here.yaw),
             );
             self.directions.push((wrap_angle(beam.angle), robot.yaw));
             let is_hit = beam.is_return(scan.range_max);

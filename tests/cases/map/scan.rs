@@ -1,5 +1,7 @@
 //! Lidar scans.
 
+use core::f64::consts::PI;
+
 use inbye::geometry::{Point, Pose};
 use inbye::localization::{DeskewedScan, PoseHistory};
 use inbye::map::{Scan, TimedScan};
@@ -143,4 +145,24 @@ fn near_return_does_not_widen_the_field_of_view() {
     assert!((seen.angle_min - angle_min).abs() < 1e-9);
     assert!((0.1..0.15).contains(&seen.ranges[0]), "{}", seen.ranges[0]);
     assert!(seen.ranges[1..].iter().filter(|range| range.is_nan()).count() <= 2);
+}
+
+/// The yaw of the odometry is within a half turn: the difference between two poses is not.
+#[test]
+fn turn_across_the_half_turn_keeps_the_field_of_view() {
+    let (angle_min, angle_increment) = (-0.75, 0.01);
+    let ranges = vec![8.0; 151];
+    let scan = Scan { angle_min, angle_increment, range_max: 10.0, ranges, ..Scan::default() };
+    let seen_from = |first: f64, last: f64| {
+        let mut history = PoseHistory::new();
+        history.record(0.0, &Pose::new(0.0, 0.0, first));
+        history.record(0.1, &Pose::new(0.0, 0.0, last));
+        let mut deskewed = DeskewedScan::default();
+        deskewed.deskew(&TimedScan::from_scan(&scan, 0.1, 0.1), &history);
+        deskewed.to_scan(151)
+    };
+    let (seen, across) = (seen_from(-0.05, 0.05), seen_from(PI - 0.05, 0.05 - PI));
+    assert!((seen.angle_min - (angle_min - 0.1)).abs() < 1e-9, "{}", seen.angle_min);
+    assert!((across.angle_min - seen.angle_min).abs() < 1e-9, "{}", across.angle_min);
+    assert!((across.angle_increment - seen.angle_increment).abs() < 1e-9);
 }
