@@ -31,20 +31,22 @@ pub struct Agreement {
     pub through_walls: u32,
     /// Beams that end in free space on an object as narrow as a person that stands alone.
     pub alone: u32,
+    /// Beams that leave the map through free space: it says nothing about them.
+    pub off_map: u32,
 }
 
 impl Agreement {
     /// Beams that end in free space: on a person or an unmapped object.
     #[must_use]
     pub const fn unmapped(&self) -> u32 {
-        self.beams - self.matching - self.through_walls
+        self.beams - self.matching - self.through_walls - self.off_map
     }
 
-    /// Fraction of matching beams, 0 to 1; zero without beams. Those that end on people and posts, which the map does not show, do not
-    /// count, up to a third of all.
+    /// Fraction of matching beams, 0 to 1, of those that end on the map; zero without any. Those that end on people and posts, which the
+    /// map does not show, do not count, up to a third of all.
     #[must_use]
     pub fn matching_fraction(&self) -> f64 {
-        let beams = f64::from(self.beams);
+        let beams = f64::from(self.beams - self.off_map);
         let counted = beams - f64::from(self.alone).min(MAX_ALONE * beams);
         f64::from(self.matching) / counted.max(1.0)
     }
@@ -81,56 +83,57 @@ impl Agreement {
             let (from, end) = (to_grid(&hit.from), to_grid(&hit.end));
             let distance_m = map.sample(end.x, end.y).map(|sample| sample.distance_m);
             counts.beams += 1;
-            // Off the map, a point is in neither free space nor an obstacle.
-            let Some(distance_m) = distance_m else {
-                continue;
-            };
-            if distance_m < -tolerance_m || passes_through(map, &from, &end, tolerance_m) {
+            let is_deep = distance_m.is_some_and(|distance_m| distance_m < -tolerance_m);
+            if is_deep || passes_through(map, &from, &end, tolerance_m) {
                 counts.through_walls += 1;
-            } else if distance_m <= tolerance_m {
-                counts.matching += 1;
-            } else {
-                counts.alone += u32::from(hit.is_alone);
+                continue;
+            }
+            match distance_m {
+                None => counts.off_map += 1,
+                Some(distance_m) if distance_m <= tolerance_m => counts.matching += 1,
+                Some(_) => counts.alone += u32::from(hit.is_alone),
             }
         }
         for ray in &scan.open {
             let (from, end) =
                 (to_grid(&ray.from), to_grid(&(ray.from + ray.direction * scan.range_max)));
-            let is_blocked = map
-                .cell_distance_m(end.x, end.y)
-                .is_none_or(|distance_m| distance_m < -tolerance_m)
+            let distance_m = map.cell_distance_m(end.x, end.y);
+            let is_blocked = distance_m.is_some_and(|distance_m| distance_m < -tolerance_m)
                 || passes_through(map, &from, &end, tolerance_m);
             counts.beams += 1;
-            counts.matching += u32::from(!is_blocked);
-            counts.through_walls += u32::from(is_blocked);
+            match distance_m {
+                _ if is_blocked => counts.through_walls += 1,
+                None => counts.off_map += 1,
+                Some(_) => counts.matching += 1,
+            }
         }
         counts
     }
 }
 
-/// Whether a beam enters and leaves an obstacle before its end. The last `before_end_m` metres are excluded, since surfaces
-/// there belong to the end itself.
+/// Whether a beam enters an obstacle, and leaves it or the map before its end. The last `before_end_m` metres are excluded, since
+/// surfaces there belong to the end itself.
 fn passes_through(map: &SignedDistanceField, from: &Point, end: &Point, before_end_m: f64) -> bool {
     let margin_m = SURFACE_MARGIN_CELLS * map.frame.resolution_m;
     let mut is_inside = false;
     let mut has_left = false;
-    march(map, from, end, before_end_m, |distance_m| {
+    let is_on_map = march(map, from, end, before_end_m, |distance_m| {
         has_left = is_inside && distance_m > margin_m;
         is_inside |= distance_m < -margin_m;
         has_left
     });
-    has_left
+    has_left || is_inside && !is_on_map
 }
 
 /// Steps from a point towards another, up to `before_end_m` metres before it, until `stop` returns true for the signed
-/// distance or the map ends.
+/// distance or the map ends. Returns whether all these points are on the map.
 fn march(
     map: &SignedDistanceField,
     from: &Point,
     end: &Point,
     before_end_m: f64,
     mut stop: impl FnMut(f64) -> bool,
-) {
+) -> bool {
     let segment = end - from;
     let length_m = segment.norm();
     let min_step_m = MIN_STEP_CELLS * map.frame.resolution_m;
@@ -138,13 +141,14 @@ fn march(
     while at_m < length_m - before_end_m {
         let point = from + segment * (at_m / length_m);
         let Some(sample) = map.sample(point.x, point.y) else {
-            return;
+            return false;
         };
         if stop(sample.distance_m) {
-            return;
+            break;
         }
         at_m += (STEP_FRACTION * sample.distance_m.abs()).max(min_step_m);
     }
+    true
 }
 
 /// The fraction of all directions in which the map has a surface within a range, metres, of a pose in the grid's frame.

@@ -1,5 +1,7 @@
 //! Consecutive revolutions in a room with known walls.
 
+use core::f64::consts::PI;
+
 use inbye::geometry::{Point, Pose, wrap_angle};
 use inbye::localization::{
     LocalizationError, LocalizationSettings, LocalizationStatus, Localizer, LostReason,
@@ -106,6 +108,24 @@ fn rotated_map_is_supported() {
     assert!(error_m < 0.01 && error_rad < 0.004, "{estimate:?}");
 }
 
+/// Half of the beams leave the map, which has walls in the south only, through free space.
+#[test]
+fn beams_that_leave_the_map_do_not_contradict_it() {
+    let yard = [[0.0, 3.0, 20.0, 15.0], [4.0, 2.0, 5.5, 3.0], [12.0, 1.5, 14.0, 3.0]];
+    let truth = Pose::new(9.0, 10.0, 0.4);
+    let estimate = Stage::new(ground(Pose::default(), &yard), &truth).stand_still(&truth, 10);
+    assert_eq!(estimate.status, LocalizationStatus::Tracking, "{estimate:?}");
+    assert_eq!(estimate.agreement.through_walls, 0, "{estimate:?}");
+    assert!(estimate.agreement.off_map > 120, "{estimate:?}");
+    assert!(errors(&estimate, &truth).0 < 0.02, "{estimate:?}");
+    // From a pose turned round, beams leave the map through the rock in the south.
+    let truth = Pose::new(9.0, 4.5, 0.4);
+    let turned = Pose::new(truth.x, truth.y, truth.yaw + PI);
+    let estimate = Stage::new(ground(Pose::default(), &yard), &turned).stand_still(&truth, 2);
+    assert!(estimate.agreement.through_walls > 60, "{estimate:?}");
+    assert_eq!(estimate.status.lost_reason(), Some(LostReason::BeamsThroughWalls), "{estimate:?}");
+}
+
 #[test]
 fn unmapped_people_do_not_bias_the_pose() {
     let truth = Pose::new(4.1, 4.3, 0.4);
@@ -122,7 +142,7 @@ fn unmapped_people_do_not_bias_the_pose() {
 #[test]
 fn people_who_hide_most_of_the_map_do_not_lose_a_robot() {
     let truth = Pose::new(4.1, 4.3, 0.4);
-    let lidar = lidar().field_of_view_rad(core::f64::consts::PI);
+    let lidar = lidar().field_of_view_rad(PI);
     let at = |x: f64, y: f64| truth.transform(&Point::new(x, y));
     let mut stage = Stage::new(ground(Pose::default(), &ROOM), &truth);
     stage.stand_still_with(&lidar, &truth, 10);
