@@ -70,7 +70,7 @@ pub enum ProtectiveAction {
     /// The robot is slower: a return lies near its stopping motion.
     #[error("slow: at most {limit:.2} m/s, a return at ({x:.2}, {y:.2}) m")]
     Slow {
-        /// Highest speed of a point of the body, m/s.
+        /// Highest speed with which the body enters that direction, m/s.
         limit: f64,
         /// A return in the zone.
         x: f64,
@@ -86,7 +86,7 @@ pub enum ProtectiveAction {
         depth_m: f64,
     },
     /// The robot is slower: it would move into a direction without measurements.
-    #[error("blind at {direction_rad:.2} rad: at most {limit:.2} m/s")]
+    #[error("blind at {direction_rad:.2} rad: at most {limit:.2} m/s in that direction")]
     BlindSector {
         /// The direction in the robot's frame, radians.
         direction_rad: f64,

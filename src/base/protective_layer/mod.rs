@@ -327,16 +327,17 @@ impl ProtectiveLayer {
         }
     }
 
-    /// Slows a robot that would move into directions without measurements.
+    /// Slows a robot that would move into directions without measurements. What counts is how fast it enters them: a long body that
+    /// follows a slight curve enters those beside its rear slowly.
     fn limit_by_blindness(&self, situation: &Situation<'_>, now_s: f64, limited: &mut Limited) {
         let mut blind = self.scans.blind_directions(now_s).peekable();
         if blind.peek().is_none() || limited.command == Twist::STOP {
             return;
         }
         let motion = self.commanded_motion(situation, &limited.command);
-        if let Some(direction_rad) = motion.first_entered(blind) {
+        if let Some((direction_rad, share)) = motion.fastest_entry(blind) {
             let limit = self.settings.blind_speed_limit;
-            let factor = self.factor_to(limit, &limited.command);
+            let factor = self.factor_to(limit / share, &limited.command);
             limited.scale(factor, || ProtectiveAction::BlindSector { direction_rad, limit });
         }
     }

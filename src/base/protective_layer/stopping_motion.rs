@@ -304,20 +304,22 @@ impl<'a> StoppingMotion<'a> {
         })
     }
 
-    /// The first of some directions from the origin, in radians, into which the motion brings the body beyond its present
-    /// outline.
-    pub fn first_entered(&self, mut directions: impl Iterator<Item = f64>) -> Option<f64> {
-        directions.find(|direction| {
-            let (sin, cos) = libm::sincos(*direction);
+    /// The direction of some from the origin, in radians, into which the motion brings the body the fastest beyond its present
+    /// outline, and the speed of that as a share of the speed of the body's fastest point.
+    pub fn fastest_entry(&self, directions: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+        let entry = |direction: f64| {
+            let (sin, cos) = libm::sincos(direction);
             let ray = Vector::new(cos, sin);
-            let extent_m = |step: &Step| {
+            let share = |step: &Step| {
                 let from = step.local(&Point::default());
-                self.body.extent_m(&from, &ray.rotated(step.turn_back))
+                let extent_m = self.body.extent_m(&from, &ray.rotated(step.turn_back));
+                let depth_m = self.body.distance_m(&(Point::default() + ray * extent_m));
+                if depth_m > SLIDE_M { depth_m / step.travel_m } else { 0.0 }
             };
-            let (present, later) = self.steps.split_at(1);
-            let present_m = present.iter().map(extent_m).fold(0.0, f64::max);
-            later.iter().any(|step| extent_m(step) > present_m + SLIDE_M)
-        })
+            (direction, self.steps.iter().map(share).fold(0.0, f64::max))
+        };
+        let entries = directions.map(entry).filter(|(_, share)| *share > 0.0);
+        entries.max_by(|one, other| one.1.total_cmp(&other.1))
     }
 }
 

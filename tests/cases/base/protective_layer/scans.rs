@@ -298,12 +298,13 @@ fn limit_of_a_blind_sector_counts_for_every_point_of_the_body() {
     for turn in [0.5, -0.5] {
         let target = Twist::new(1.0, turn);
         let (command, action) = seeing(blind_ahead, FULL).limit(&target, &FULL, 0.0);
-        assert!((command.linear - 0.1 / 1.2).abs() < 1e-9, "{command:?} {action}");
+        // The middles of the layer's sectors are 5 degrees beside the course.
+        assert!((0.1..0.1015).contains(&(1.2 * command.linear)), "{command:?} {action}");
     }
     // Also for slow motion, and not for one narrow gap.
     let slow = Twist::new(0.3, 0.0);
     let (command, _) = seeing(blind_ahead, slow).limit(&slow, &slow, 0.0);
-    assert!((command.linear - 0.1).abs() < 1e-9, "{command:?}");
+    assert!((0.1..0.1015).contains(&command.linear), "{command:?}");
     let narrow = |angle: f64| if angle.abs() < 0.08 { f64::NAN } else { 9.0 };
     assert!(seeing(narrow, FULL).limit(&FULL, &FULL, 0.0).1.passes());
     // Where a lidar has no beams.
