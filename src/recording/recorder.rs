@@ -18,6 +18,7 @@ use crate::runtime::TickEvent;
 /// Maximum number of ticks that wait for the disk: 6.4 s at 10 Hz. It limits the memory.
 const QUEUE_TICKS: usize = 64;
 const TOO_SLOW: &str = "the disk is too slow for the drive";
+const WRONG_DEADLINE: &str = "DriveMetadata::new must get the settings of Config::in_real_time for a robot with a clock of its own";
 const WRONG_CONTROLLER: &str = "DriveMetadata::controller must name the controller that decides, and none where inbye's behaviours do";
 /// Markers of a recording remain until the next tick replaces them.
 const MARKER_LIFETIME: Duration = Duration { sec: 0, nanosec: 0 };
@@ -54,7 +55,10 @@ pub struct Recorder {
     policy: BackpressurePolicy,
     engine: String,
     has_controller: bool,
+    has_deadline: bool,
     range_min_m: f64,
+    /// Time of the odometry of the last tick, seconds.
+    odometry_s: f64,
     ticks: u64,
     plans: usize,
 }
@@ -92,7 +96,9 @@ impl Recorder {
             policy,
             engine: metadata.engine.clone(),
             has_controller: metadata.controller.is_some(),
+            has_deadline: metadata.config.navigator.deadline_s.is_some(),
             range_min_m: metadata.config.simulation.lidar.range_min_m,
+            odometry_s: f64::NAN,
             ticks: 0,
             plans: 0,
         })
@@ -113,17 +119,23 @@ impl Recorder {
     }
 
     /// Records a tick. Returns false if the recording ends with it: [`Self::stopped`] has the cause. It ends at once where a controller
-    /// decides and [`DriveMetadata::controller`] has no name, or the other way round: it could not be replayed.
+    /// decides and [`DriveMetadata::controller`] has no name, or the other way round, and likewise for the deadline of the decisions: it
+    /// could not be replayed.
     pub fn record(&mut self, event: &TickEvent<'_>) -> bool {
         let Some(queue) = &self.queue else {
             return true;
         };
-        if event.navigator.controller_name().is_some() != self.has_controller {
+        let navigator = event.navigator;
+        let wrong_controller = navigator.controller_name().is_some() != self.has_controller;
+        let wrong_deadline = navigator.deadline_stats().is_some() != self.has_deadline;
+        if wrong_controller || wrong_deadline {
             self.queue = None;
-            self.report.stopped = Some(WRONG_CONTROLLER.to_owned());
+            let cause = if wrong_controller { WRONG_CONTROLLER } else { WRONG_DEADLINE };
+            self.report.stopped = Some(cause.to_owned());
             return false;
         }
         let job = Job::Tick(self.entries(event));
+        self.odometry_s = event.observation.odometry_s;
         self.ticks += 1;
         self.plans = event.navigator.plans().len();
         let error = match self.policy {
@@ -177,7 +189,7 @@ impl Recorder {
     /// The messages of a tick.
     fn entries(&self, event: &TickEvent<'_>) -> Vec<Entry> {
         let TickEvent { observation, odometry, decision, took_s, navigator, .. } = *event;
-        let (time_s, scan_s) = (observation.time_s, observation.scan_s);
+        let (time_s, odometry_s) = (observation.time_s, observation.odometry_s);
         let time_ns = nanoseconds(time_s);
         let entry = |topic, bytes| Entry { topic, time_ns, bytes };
         let map_header = header(time_s, MAP_FRAME);
@@ -188,16 +200,19 @@ impl Recorder {
         let updated_map = updated_map.map(|map| entry(Topic::UpdatedMap, map));
         let plan = plan.map(|plan| entry(Topic::Plan, plan));
         let mut entries: Vec<Entry> = updated_map.into_iter().chain(plan).collect();
-        let scan = messages::laser_scan(scan_s, &observation.scan, self.range_min_m);
-        entries.push(Entry {
-            topic: Topic::Scan,
-            time_ns: nanoseconds(scan_s),
-            bytes: scan.to_cdr(),
-        });
-        // As the node: a lost robot has no pose in the map.
-        let estimate = observation.lost.is_none().then_some(&observation.pose);
-        let transforms =
-            messages::transforms(time_s, estimate, &odometry.pose, &observation.scan.origin);
+        if odometry_s != self.odometry_s {
+            // The pose is that of the newest odometry, and the scan is as seen from there.
+            let scan = messages::laser_scan(odometry_s, &observation.scan, self.range_min_m);
+            // As the node: a lost robot has no pose in the map.
+            let estimate = observation.lost.is_none().then_some(&observation.pose);
+            let lidar = &observation.scan.origin;
+            let transforms = messages::transforms(odometry_s, estimate, &odometry.pose, lidar);
+            entries.extend([
+                entry(Topic::Scan, scan.to_cdr()),
+                entry(Topic::Odometry, messages::odometry(odometry_s, odometry).to_cdr()),
+                entry(Topic::Transforms, transforms.to_cdr()),
+            ]);
+        }
         let fan = event.fan(SAMPLING);
         let moving = navigator.obstacle_model().moving();
         let markers = markers(fan.as_ref(), moving, &map_header, MARKER_LIFETIME);
@@ -215,8 +230,6 @@ impl Recorder {
             awaits_operator: event.protective_action.awaits_operator(),
         };
         entries.extend([
-            entry(Topic::Odometry, messages::odometry(time_s, odometry).to_cdr()),
-            entry(Topic::Transforms, transforms.to_cdr()),
             entry(Topic::Markers, markers.to_cdr()),
             entry(Topic::Command, command.to_cdr()),
             entry(Topic::Diagnostics, diagnostics.to_cdr()),

@@ -19,7 +19,7 @@ use crate::map::OccupancyGrid;
 use crate::navigator::{Controller, Decision, Goal, NavigationMap, Navigator};
 use crate::runtime::{
     EarlyEnd, GroundTruth, Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace,
-    TraceRow, prepare,
+    TraceRow,
 };
 
 /// The result of a replay.
@@ -160,7 +160,7 @@ pub fn replay<R: Read + Seek>(
             let zones = zones.clone();
             let known = NavigationMap { obstacles: map.obstacles(config.unknown), zones };
             gap = ObstacleGap::new(known.obstacles.clone());
-            navigator.replace_map(prepare(known, &config)?);
+            navigator.replace_map(config.prepare_map(known)?);
         }
         first_difference = repeat(&mut navigator, &tick);
         if first_difference.is_none() {

@@ -250,6 +250,8 @@ pub struct HardwareRobot {
     /// Time of the next tick by the clock of the base.
     due_s: f64,
     last_report_s: f64,
+    /// Time of the last report by the clock of the base, and by that of the mission.
+    odometry_s: [f64; 2],
 }
 
 crate::settings::opaque_debug!(HardwareRobot);
@@ -288,6 +290,7 @@ impl HardwareRobot {
             observed_s: 0.0,
             due_s: 0.0,
             last_report_s: 0.0,
+            odometry_s: [f64::NAN; 2],
         }
     }
 
@@ -362,11 +365,15 @@ impl Robot for HardwareRobot {
         let twist = status.feedback.map_or(Twist::STOP, |report| report.twist);
         let pose = self.pose(&status);
         let now_s = self.base.now_s();
-        let age_s = now_s - status.feedback_s.unwrap_or(0.0);
+        let feedback_s = status.feedback_s.unwrap_or(0.0);
+        if self.odometry_s[0] != feedback_s {
+            // Once for each report: the two clocks are read at slightly different times, and the time must not go back.
+            self.odometry_s = [feedback_s, time_s - (now_s - feedback_s)];
+        }
         let lidar = self.lidar.as_mut();
         SensorData {
             odometry: OdometryReading { pose, twist },
-            odometry_s: time_s - age_s,
+            odometry_s: self.odometry_s[1],
             lidar: lidar.map(|lidar| LidarData::TimedScan(lidar.newest(time_s, now_s))),
             pose: None,
             pose_s: None,

@@ -13,6 +13,7 @@ mod metadata;
 mod protection;
 mod python;
 mod rewritten;
+mod stamps;
 
 use crate::support::trials::{Test, plain};
 
@@ -24,6 +25,7 @@ pub fn trials() -> Vec<Trial> {
         metadata::TESTS,
         protection::TESTS,
         rewritten::TESTS,
+        stamps::TESTS,
     ]);
     trials.extend(python::trials());
     trials.extend(crate::support::adapters::trials(&agreement::GPU_TESTS));

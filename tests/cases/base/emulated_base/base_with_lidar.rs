@@ -1,10 +1,12 @@
 //! `inbye drive --lidar`: base and lidar are emulated by another process, in one world.
 
+use std::io::BufReader;
 use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 use std::{env, fs, thread};
 
+use inbye::recording::Reader;
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
@@ -79,6 +81,27 @@ fn base_with_lidar_reaches_goal() {
     let true_m = summary["travelled_m"].as_f64().expect("a number");
     let counted_m = by_tracks.as_f64().expect("a number");
     assert!(counted_m > 1.03 * true_m && true_m > 9.0, "{driven} {summary}");
+}
+
+/// More ticks than reports of the base: each report keeps its time. The poses of a time that goes back were forgotten, and the scans
+/// were no longer compensated for the motion.
+#[test]
+fn report_keeps_its_time_for_all_ticks() {
+    let hall = hall();
+    let robot = robot(&hall, "");
+    let recording = file(&hall, "run.mcap");
+    let more = format!("--time-limit 3 --set local.control_period_s=0.01 --record {recording}");
+    let ended = drive(&hall, &robot, &more);
+    assert_eq!(ended.object()["recording"]["stopped"], Value::Null, "{ended:?}");
+    let recording = fs::File::open(recording).expect("a recording");
+    let mut reader = Reader::open(BufReader::new(recording)).expect("a recording");
+    let mut times = Vec::new();
+    while let Some(tick) = reader.next_tick().expect("a tick") {
+        times.push(tick.observation.odometry_s);
+    }
+    let repeated = times.windows(2).filter(|pair| pair[0] == pair[1]).count();
+    assert!(repeated > 20, "{repeated} of {}", times.len());
+    assert!(times.is_sorted(), "{times:?}");
 }
 
 #[test]
