@@ -159,9 +159,7 @@ fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
         ..
     } = outgoing;
     notices.into_iter().for_each(output::note);
-    if !link.is_up() {
-        return;
-    }
+    // What a network process that is down does not take is counted; it gets the last path and map when it is up again.
     link.send(match command {
         Some(command) => ToNetwork::Command(TwistStamped::new(&command, now(), base_frame)),
         None => ToNetwork::Alive,

@@ -119,13 +119,18 @@ impl NetworkLink {
                     break;
                 }
             };
-            events.is_up |= self.frame_s.is_none();
-            self.frame_s = Some(now_s);
             match frame {
                 FromNetwork::Alive { unsent } => self.unsent = unsent,
-                FromNetwork::Failed(reason) => self.failure = Some(reason),
                 FromNetwork::Message(message) => events.messages.push(message),
+                // It ends, and was never up.
+                FromNetwork::Failed(reason) => {
+                    cause = Some(reason.clone());
+                    self.failure = Some(reason);
+                    break;
+                }
             }
+            events.is_up |= self.frame_s.is_none();
+            self.frame_s = Some(now_s);
         }
         let silent_s = now_s - self.frame_s.unwrap_or(self.started_s);
         let limit_s = if self.frame_s.is_some() { HANG_S } else { START_S };
@@ -160,19 +165,19 @@ impl NetworkLink {
         self.backoff.ended(now_s, now_s - self.started_s);
         events.is_lost = true;
         events.is_up = false;
-        let reason = self.failure.as_deref().unwrap_or(cause);
         events.notices.push(format!(
-            "the network process was lost ({reason}): the robot brakes to zero, and the process is started again"
+            "the network process was lost ({cause}): the robot brakes to zero, and the process is started again"
         ));
     }
 
-    /// Sends a frame. A frame that the process does not take is counted.
+    /// Sends a frame. A frame that the process does not take is counted: one that starts would publish it late.
     pub fn send(&mut self, frame: ToNetwork) {
         if matches!(frame, ToNetwork::Path(_) | ToNetwork::UpdatedMap(_)) {
             self.latched.retain(|last| discriminant(last) != discriminant(&frame));
             self.latched.push(frame.clone());
         }
-        let is_sent = self.process.as_ref().is_some_and(|process| process.send(frame));
+        let process = self.process.as_ref().filter(|_| self.frame_s.is_some());
+        let is_sent = process.is_some_and(|process| process.send(frame));
         self.dropped += u64::from(!is_sent);
     }
 
@@ -271,9 +276,48 @@ mod tests {
     }
 
     #[test]
+    fn process_that_cannot_start_dds_is_never_up() {
+        // The reason `no`, as a frame, from a process that does not end by itself.
+        let failed = "printf '\\001\\002\\0\\0\\0no'; exec sleep 1000";
+        let mut link = NetworkLink::new(Box::new(move || {
+            let mut command = Command::new("sh");
+            command.args(["-c", failed]);
+            command
+        }));
+        let mut now_s = 0.0;
+        for _ in 0..2 {
+            until(&mut link, &mut now_s, |events| {
+                assert!(!events.is_up);
+                events.is_lost
+            });
+            assert_eq!(link.failure(), Some("no"));
+        }
+    }
+
+    #[test]
+    fn latched_messages_of_an_outage_are_sent_after_it() {
+        let folder = std::env::temp_dir().join(format!("inbye-outage-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a writable folder");
+        let received = folder.join("received");
+        let mut link = link(format!("cat >>{}", received.display()));
+        let path = Path { poses: vec![PoseStamped::default(); 7], ..Path::default() };
+        let frame = ToNetwork::Path(path);
+        let payload = frame.to_parts().1;
+        link.send(frame);
+        assert_eq!(link.stats().unsent, 1);
+        let mut now_s = 0.0;
+        until(&mut link, &mut now_s, |events| events.is_up);
+        until(&mut link, &mut now_s, |_| {
+            let bytes = std::fs::read(&received).unwrap_or_default();
+            bytes.windows(payload.len()).any(|window| *window == *payload)
+        });
+        std::fs::remove_dir_all(&folder).expect("removable");
+    }
+
+    #[test]
     fn process_that_takes_nothing_does_not_block_the_sender() {
         let mut link = link("exec sleep 1000");
-        link.poll(0.0);
+        until(&mut link, &mut 0.0, |events| events.is_up);
         let began = Instant::now();
         // Beyond the buffers of pipe and queue.
         for _ in 0..2000 {
