@@ -81,8 +81,9 @@ impl<R> AsyncPlanner<R> {
             return;
         }
         self.number += 1;
-        let send = |requests: &Sender<_>| requests.send((self.number, request)).is_ok();
-        if self.requests.as_ref().is_some_and(send) {
+        if let Some(requests) = &self.requests {
+            // Where the thread has ended, the answer that is due says so.
+            let _ = requests.send((self.number, request));
             self.pending = Some((reason, due_s));
         }
     }
@@ -122,7 +123,12 @@ impl<R> AsyncPlanner<R> {
                 self.pending = Some(pending);
                 None
             }
-            Err(TryRecvError::Disconnected) => None,
+            // The thread has ended: the planner panicked.
+            Err(TryRecvError::Disconnected) => {
+                let name = "the global planner".to_owned();
+                let reason = "it panicked".to_owned();
+                Some((pending.0, Err(PlanError::InvalidPlanner { name, reason })))
+            }
         }
     }
 }
@@ -187,6 +193,35 @@ mod tests {
     }
 
     const DISC: MovingDisc = MovingDisc { x: 3.0, y: 1.8, radius: 0.5, vx: 0.0, vy: 0.0 };
+
+    #[test]
+    fn planner_that_panicked_is_an_invalid_planner_at_each_request() {
+        struct Panics;
+        impl GlobalPlanner for Panics {
+            fn plan(
+                &mut self,
+                _: &ObstacleGrid,
+                _: &[MovingDisc],
+                _: Point,
+                _: Point,
+                _: &mut dyn FnMut() -> f64,
+            ) -> Result<Plan, PlanError> {
+                panic!("as a planner of the user's own")
+            }
+
+            fn least_radius_m(&self) -> f64 {
+                0.3
+            }
+        }
+        let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a valid size");
+        let known = ObstacleGrid::filled(frame, false);
+        let mut planner = AsyncPlanner::new(known, Box::new(Panics)).expect("a thread");
+        for due_s in [1.0, 2.0] {
+            planner.request(request(vec![]), 7, due_s);
+            let (_, plan) = planner.due(due_s, true).expect("an answer is due");
+            assert!(matches!(plan, Err(PlanError::InvalidPlanner { .. })), "{plan:?}");
+        }
+    }
 
     #[test]
     fn plan_is_delivered_when_due_and_not_before() {
