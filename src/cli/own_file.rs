@@ -10,7 +10,7 @@ use std::sync::{Mutex, PoisonError};
 use anyhow::{Context, bail, ensure};
 
 use super::refusal::refused;
-use super::whole_file::replace;
+use super::whole_file::{folder_of, replace};
 
 /// Bytes of a file's start, or end, that are looked at.
 const HEAD_BYTES: u64 = 4096;
@@ -78,8 +78,7 @@ pub fn reserve(flag: &str, name: &Path) -> anyhow::Result<()> {
 /// The path of a file without links; the file itself need not exist.
 fn identity(name: &Path) -> PathBuf {
     let folder = || {
-        let parent = name.parent().filter(|parent| *parent != Path::new(""));
-        let folder = fs::canonicalize(parent.unwrap_or(Path::new("."))).ok()?;
+        let folder = fs::canonicalize(folder_of(name)).ok()?;
         Some(folder.join(name.file_name().unwrap_or(OsStr::new(""))))
     };
     fs::canonicalize(name).ok().or_else(folder).unwrap_or_else(|| name.to_owned())

@@ -13,6 +13,11 @@ pub fn write_whole(file: &Path, text: &str) -> anyhow::Result<()> {
     written.with_context(|| format!("{}: cannot be written", file.display()))
 }
 
+/// The folder of a file.
+pub fn folder_of(file: &Path) -> &Path {
+    file.parent().filter(|parent| *parent != Path::new("")).unwrap_or(Path::new("."))
+}
+
 /// Replaces a file, or creates it, with these permissions. On an error the file stays as it was.
 pub fn replace(file: &Path, content: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
     let mut part_name = file.to_owned().into_os_string();
@@ -30,9 +35,7 @@ pub fn replace(file: &Path, content: &[u8], permissions: Option<Permissions>) ->
         let _ = fs::remove_file(&part_name);
         return written;
     }
-    // The name as well, where folders can be opened and synced.
-    match file.parent().map(File::open) {
-        Some(Ok(folder)) => folder.sync_all(),
-        _ => Ok(()),
-    }
+    // The name as well, where folders can be opened and synced: the file has its new content by now.
+    let _ = File::open(folder_of(file)).and_then(|folder| folder.sync_all());
+    Ok(())
 }

@@ -270,7 +270,7 @@ impl ObservationValidator {
             || seen.pose_s > now_s + settings.pose_timeout_s;
         if !(0.0..=CLOCK_JUMP_S).contains(&elapsed_s) || is_ahead {
             self.recent.clear();
-            self.frozen_since_s = None;
+            (self.frozen_since_s, self.elsewhere) = (None, None);
             // A scan timed by another clock has no age in this one.
             self.scan_s = self.scan_s.filter(|scan_s| *scan_s <= now_s);
             self.last = self.last.map(|last| Accepted { time_s: now_s, ..last });
@@ -290,6 +290,7 @@ impl ObservationValidator {
         if let Some(why) = seen.lost {
             // The robot need not have driven to where it is found later.
             self.before_lost = self.last.take().or(self.before_lost);
+            self.elsewhere = None;
             self.recent.clear();
             return Err(ObservationFault::Lost(why));
         }

@@ -222,7 +222,7 @@ impl<R: Robot> MissionRun<R> {
         let waited_s = self.waiting_ticks as f64 * self.config.local.control_period_s;
         match self.began_s {
             Some(_) => self.now_s() - waited_s >= self.mission.time_limit_s,
-            None => self.trace.rows.len() as u64 >= self.ticks + self.waiting_ticks,
+            None => self.trace.rows.len() as u64 >= self.ticks.saturating_add(self.waiting_ticks),
         }
     }
 

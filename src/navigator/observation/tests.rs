@@ -108,6 +108,10 @@ fn pose_may_jump_by_a_correction_and_the_fifth_pose_elsewhere_is_accepted() {
     // Poses that do not agree with each other are never accepted.
     (0..20).for_each(|tick| assert_eq!(jumps(20.0 + 5.0 * f64::from(tick)), Some(PoseJump)));
     (0..4).for_each(|_| assert_eq!(jumps(-20.0), Some(PoseJump)));
+    // A jump of the clock begins their count again.
+    assert_eq!(check.after(1.01, Twist::STOP, |_| {}), Some(ClockJump));
+    let mut jumps = |x: f64| check.after(0.1, Twist::STOP, |seen| seen.pose.x = x);
+    (0..4).for_each(|_| assert_eq!(jumps(-20.0), Some(PoseJump)));
     assert_eq!(jumps(-20.0), None);
 }
 
