@@ -36,9 +36,9 @@ fn scans_have_the_time_of_their_pose() {
             let offset = [direction.cos(), direction.sin()].map(|along| beam.range * along);
             let end = pose.position() + inbye::geometry::Vector::from(offset);
             let cell = walls.frame().cell_of(&end);
-            // Cells of 0.2 m.
+            // In cells of 0.2 m, that of a return on a corner may be diagonal to the wall.
             let distance_m = cell.map_or(f64::INFINITY, |cell| distances.distance_m(cell));
-            assert!(distance_m < 0.25, "{distance_m} m from a wall at {} s", record.time_s);
+            assert!(distance_m < 0.3, "{distance_m} m from a wall at {} s", record.time_s);
             returns += 1;
         }
     }
