@@ -208,6 +208,24 @@ typedef struct InbyeCommand {
 } InbyeCommand;
 
 /*
+ How far a navigator is.
+ */
+typedef struct InbyeProgress {
+  /*
+   Length of the path ahead, to the last goal, metres.
+   */
+  double distance_left_m;
+  /*
+   Number of goals that the robot has left behind.
+   */
+  size_t goals_passed;
+  /*
+   Number of paths planned so far: a larger number means that the path is a new one.
+   */
+  size_t plans;
+} InbyeProgress;
+
+/*
  Limits of the robot, m/s, rad/s, m/s^2 and rad/s^2. Decelerations are below zero.
  */
 typedef struct InbyeLimits {
@@ -454,6 +472,41 @@ bool inbye_navigator_step(struct InbyeNavigator *navigator,
  Precondition: `navigator` is alive.
  */
 const char *inbye_navigator_fault(const struct InbyeNavigator *navigator);
+
+/*
+ Limits the speed from the next step on, m/s; infinite for no limit. A robot that is faster brakes. With a limit of zero it stands
+ or turns on the spot. Limits of zones count too.
+
+ Precondition: `navigator` is alive.
+ */
+bool inbye_navigator_set_speed_limit(struct InbyeNavigator *navigator,
+                                     double limit_m_s);
+
+/*
+ Replaces the map, in the same frame, while the robot drives: the next step avoids its obstacles and zones, and a path on it is
+ planned at once. Obstacles that only the lidar saw remain. It takes time in proportion to the map's area.
+
+ Precondition: `navigator` and `map` are alive.
+ */
+bool inbye_navigator_set_map(struct InbyeNavigator *navigator,
+                             const struct InbyeMap *map);
+
+/*
+ Tells how far the robot is.
+
+ Precondition: `navigator` is alive; `progress` can be written.
+ */
+bool inbye_navigator_progress(const struct InbyeNavigator *navigator, struct InbyeProgress *progress);
+
+/*
+ Writes up to `capacity` points of the path that the robot follows into `points`, and the number of all of them into `count`.
+
+ Precondition: `navigator` is alive; `points` has room for `capacity` points; `count` can be written.
+ */
+bool inbye_navigator_path(const struct InbyeNavigator *navigator,
+                          struct InbyePoint *points,
+                          size_t capacity,
+                          size_t *count);
 
 /* A controller in a shared library has the following functions. `inbye-controller-host LIBRARY` calls them, as in
  *   inbye drive --scene mine --controller "inbye-controller-host ./libmy_controller.so"

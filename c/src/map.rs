@@ -5,6 +5,7 @@ use core::panic::AssertUnwindSafe;
 use std::path::Path;
 use std::sync::Arc;
 
+use inbye::geometry::Point;
 use inbye::local::ClearanceField;
 use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, Zones, load};
 use inbye::navigator::NavigationMap;
@@ -167,16 +168,30 @@ pub unsafe extern "C" fn inbye_plan(
         let mut planner = planner.map_err(|error| error.to_string())?;
         let plan = planner.plan(&closed, &[], start, goal, &mut || 0.0);
         let path = plan.map_err(|error| error.to_string())?.smoothed;
-        if count.is_null() || (points.is_null() && capacity > 0) {
-            return Err("points or count is null".to_owned());
-        }
-        for (index, point) in path.points().iter().take(capacity).enumerate() {
-            // SAFETY: the caller vouches for the room.
-            unsafe { points.add(index).write(point.into()) };
-        }
-        // SAFETY: the caller vouches for the place.
-        unsafe { count.write(path.points().len()) };
-        Ok(())
+        // SAFETY: the caller vouches for the places.
+        unsafe { write_points(path.points(), points, capacity, count) }
     }));
     planned.is_some()
+}
+
+/// Writes the first points of a path, and the number of all.
+///
+/// # Safety
+/// `points` is null or has room for `capacity` points; `count` is null or can be written.
+pub(crate) unsafe fn write_points(
+    path: &[Point],
+    points: *mut InbyePoint,
+    capacity: usize,
+    count: *mut usize,
+) -> Result<(), String> {
+    if count.is_null() || (points.is_null() && capacity > 0) {
+        return Err("points or count is null".to_owned());
+    }
+    for (index, point) in path.iter().take(capacity).enumerate() {
+        // SAFETY: the caller vouches for the room.
+        unsafe { points.add(index).write(point.into()) };
+    }
+    // SAFETY: the caller vouches for the place.
+    unsafe { count.write(path.len()) };
+    Ok(())
 }

@@ -7,14 +7,17 @@ use std::ffi::CString;
 use inbye::local::CpuEngine;
 use inbye::map::{Scan, ScanChange};
 use inbye::navigator::{Goal, Navigator, Observation, Waypoints};
+use inbye::runtime::Config;
 
 use crate::error::{array, boxed, free, guarded, object, object_mut, place};
+use crate::map::write_points;
 use crate::map::{InbyeConfig, InbyeMap};
 use crate::values::{InbyePoint, InbyePose, InbyeTwist};
 
 /// Follows global paths to its goals among obstacles that are not in the map.
 pub struct InbyeNavigator {
     navigator: Navigator,
+    config: Config,
     scan_change: ScanChange,
     fault: CString,
 }
@@ -72,6 +75,17 @@ pub struct InbyeCommand {
     pub local_target: InbyePoint,
 }
 
+/// How far a navigator is.
+#[repr(C)]
+pub struct InbyeProgress {
+    /// Length of the path ahead, to the last goal, metres.
+    pub distance_left_m: f64,
+    /// Number of goals that the robot has left behind.
+    pub goals_passed: usize,
+    /// Number of paths planned so far: a larger number means that the path is a new one.
+    pub plans: usize,
+}
+
 /// Makes a navigator that drives to all goals in turn, and plans a path to each. Its engine is one thread of the CPU. It has no
 /// protective layer below it: a program that drives a real base must have its own, which stops the robot before what the lidar sees
 /// and when commands stay away. Returns null on failure.
@@ -108,6 +122,7 @@ pub unsafe extern "C" fn inbye_navigator_new(
         let navigator = config.0.new_navigator(known, &waypoints, engine, &mut || 0.0);
         Ok(InbyeNavigator {
             navigator: navigator.map_err(|error| error.to_string())?,
+            config: config.0.clone(),
             scan_change: ScanChange::default(),
             fault: CString::default(),
         })
@@ -191,4 +206,91 @@ pub unsafe extern "C" fn inbye_navigator_step(
 pub unsafe extern "C" fn inbye_navigator_fault(navigator: *const InbyeNavigator) -> *const c_char {
     // SAFETY: the caller vouches for the navigator.
     unsafe { navigator.as_ref() }.map_or(c"".as_ptr(), |this| this.fault.as_ptr())
+}
+
+/// Limits the speed from the next step on, m/s; infinite for no limit. A robot that is faster brakes. With a limit of zero it stands
+/// or turns on the spot. Limits of zones count too.
+///
+/// # Safety
+/// `navigator` is alive.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_set_speed_limit(
+    navigator: *mut InbyeNavigator,
+    limit_m_s: f64,
+) -> bool {
+    let is_set = guarded(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for the navigator.
+        let this = unsafe { object_mut(navigator, "navigator") }?;
+        if limit_m_s.is_nan() || limit_m_s < 0.0 {
+            return Err(format!("the speed limit is {limit_m_s}: it must be zero or more"));
+        }
+        this.navigator.set_speed_limit(limit_m_s.is_finite().then_some(limit_m_s));
+        Ok(())
+    }));
+    is_set.is_some()
+}
+
+/// Replaces the map, in the same frame, while the robot drives: the next step avoids its obstacles and zones, and a path on it is
+/// planned at once. Obstacles that only the lidar saw remain. It takes time in proportion to the map's area.
+///
+/// # Safety
+/// `navigator` and `map` are alive.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_set_map(
+    navigator: *mut InbyeNavigator,
+    map: *const InbyeMap,
+) -> bool {
+    let is_set = guarded(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for both.
+        let (this, map) = unsafe { (object_mut(navigator, "navigator")?, object(map, "map")?) };
+        let known = map.navigation_map(this.config.unknown);
+        let map = this.config.prepare_map(known).map_err(|error| error.to_string())?;
+        this.navigator.replace_map(map);
+        Ok(())
+    }));
+    is_set.is_some()
+}
+
+/// Tells how far the robot is.
+///
+/// # Safety
+/// `navigator` is alive; `progress` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_progress(
+    navigator: *const InbyeNavigator,
+    progress: *mut InbyeProgress,
+) -> bool {
+    let is_told = guarded(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for the navigator.
+        let navigator = &unsafe { object(navigator, "navigator") }?.navigator;
+        // SAFETY: likewise for the place.
+        unsafe { place(progress, "progress") }?.write(InbyeProgress {
+            distance_left_m: navigator.distance_left_m(),
+            goals_passed: navigator.goals_passed(),
+            plans: navigator.plans().len(),
+        });
+        Ok(())
+    }));
+    is_told.is_some()
+}
+
+/// Writes up to `capacity` points of the path that the robot follows into `points`, and the number of all of them into `count`.
+///
+/// # Safety
+/// `navigator` is alive; `points` has room for `capacity` points; `count` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_path(
+    navigator: *const InbyeNavigator,
+    points: *mut InbyePoint,
+    capacity: usize,
+    count: *mut usize,
+) -> bool {
+    let is_written = guarded(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for the navigator.
+        let navigator = &unsafe { object(navigator, "navigator") }?.navigator;
+        let path = navigator.plans().last().map_or(&[][..], |plan| plan.smoothed.points());
+        // SAFETY: the caller vouches for the places.
+        unsafe { write_points(path, points, capacity, count) }
+    }));
+    is_written.is_some()
 }

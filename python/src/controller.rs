@@ -155,13 +155,13 @@ impl PythonController {
             None => object.get_type().name()?.extract()?,
         };
         let objects = [object.clone().unbind(), compute.unbind()];
-        let controller = Self {
+        let mut controller = Self {
             name,
             objects: ControllerObjects(Arc::new(Mutex::new(Some(objects)))),
             path: points(object.py(), &[])?.unbind(),
             raised: Raised::default(),
         };
-        controller.call_optional(object.py(), "reset", ())?;
+        controller.reset();
         Ok(controller)
     }
 

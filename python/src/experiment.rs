@@ -13,6 +13,7 @@ use inbye::input_file::read_text;
 use inbye::local::SharedEngines;
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::runtime::{Decider, parse_toml};
+use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use pyo3::types::{PyMapping, PyType};
 use serde::Serialize;
@@ -72,6 +73,33 @@ fn named_controllers<'py>(
     controllers.items()?.iter().map(named).collect()
 }
 
+/// What an exception of a controller ends.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum OnException {
+    /// All runs, and the caller gets it.
+    Raise,
+    /// Its run, which counts as a failure.
+    Fail,
+}
+
+impl OnException {
+    fn of_argument(text: &str) -> PyResult<Self> {
+        match text {
+            "raise" => Ok(Self::Raise),
+            "fail" => Ok(Self::Fail),
+            _ => Err(raise(format!("on_exception is {text}: it must be raise or fail"))),
+        }
+    }
+
+    /// Raises what ends all runs. Ctrl-C and a call of `sys.exit` always do.
+    fn check(self, py: Python<'_>, raised: &Raised) -> PyResult<()> {
+        match raised.check() {
+            Err(error) if self == Self::Fail && error.is_instance_of::<PyException>(py) => Ok(()),
+            result => result,
+        }
+    }
+}
+
 /// A controller of the caller.
 struct OwnController<'py> {
     name: String,
@@ -97,11 +125,12 @@ impl<'py> OwnController<'py> {
     fn run(
         mut self,
         tasks: &Grid,
+        on_exception: OnException,
         clock: &(impl Fn() -> f64 + Sync),
         rows: &mut Vec<RunRow>,
     ) -> PyResult<()> {
         let (tasks, mut done) = (tasks.with_controller(&self.name), Vec::new());
-        let outcome = self.run_each(&tasks.distinct(), clock, &mut done);
+        let outcome = self.run_each(&tasks.distinct(), on_exception, clock, &mut done);
         rows.extend(rows_of(&tasks, &done));
         outcome
     }
@@ -109,6 +138,7 @@ impl<'py> OwnController<'py> {
     fn run_each(
         &mut self,
         tasks: &[&Cell],
+        on_exception: OnException,
         clock: &(impl Fn() -> f64 + Sync),
         done: &mut Vec<RunRow>,
     ) -> PyResult<()> {
@@ -118,7 +148,7 @@ impl<'py> OwnController<'py> {
             let raised = controller.raised();
             let controller = Decider::Controller(Box::new(controller));
             let driven = object.py().detach(|| run_cell(cell, controller, &mut { clock }, ""));
-            raised.check()?;
+            on_exception.check(object.py(), &raised)?;
             done.push(driven.map_err(raise)?.row);
         }
         Ok(())
@@ -173,23 +203,24 @@ fn rows(
     py: Python<'_>,
     plan: &Bound<'_, PyAny>,
     controllers: Option<&Bound<'_, PyMapping>>,
-    jobs: usize,
+    options: (usize, &str),
 ) -> PyResult<(String, Vec<RunRow>)> {
     let mut rows = Vec::new();
-    let title = run_plan(py, plan, controllers, jobs, &mut rows);
+    let title = run_plan(py, plan, controllers, options, &mut rows);
     let title = title.inspect_err(|error| keep_rows(py, error, &rows))?;
     Ok((title, rows))
 }
 
 /// Appends the rows of a plan's cells, this many at a time, and returns its title. Each controller drives the tasks of the plan
-/// after that, one at a time: only one thread executes Python.
+/// after that, one at a time: only one thread executes Python. The second option says what an exception of theirs ends.
 fn run_plan(
     py: Python<'_>,
     plan: &Bound<'_, PyAny>,
     controllers: Option<&Bound<'_, PyMapping>>,
-    jobs: usize,
+    (jobs, on_exception): (usize, &str),
     rows: &mut Vec<RunRow>,
 ) -> PyResult<String> {
+    let on_exception = OnException::of_argument(on_exception)?;
     if !(1..=MOST_JOBS).contains(&jobs) {
         return Err(raise(format!("jobs is {jobs}: it must be 1 to {MOST_JOBS}")));
     }
@@ -223,38 +254,40 @@ fn run_plan(
     rows.extend(rows_of(&grid, &done));
     outcome?;
     for controller in controllers {
-        controller.run(&tasks, &clock, rows)?;
+        controller.run(&tasks, on_exception, &clock, rows)?;
     }
     Ok(grid.title)
 }
 
 /// Runs the cells of a plan, and its tasks with controllers by their names; the figures of each run.
 #[pyfunction]
-#[pyo3(signature = (plan, controllers=None, *, jobs=1))]
+#[pyo3(signature = (plan, controllers=None, *, jobs=1, on_exception="raise"))]
 pub fn run<'py>(
     py: Python<'py>,
     plan: &Bound<'py, PyAny>,
     controllers: Option<&Bound<'py, PyMapping>>,
     jobs: usize,
+    on_exception: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let (_, rows) = rows(py, plan, controllers, jobs)?;
+    let (_, rows) = rows(py, plan, controllers, (jobs, on_exception))?;
     to_python(py, &rows)
 }
 
 /// As [`run`], and the ranking of the planners. With a folder, the page of the comparison is written there.
 #[pyfunction]
-#[pyo3(signature = (plan, controllers=None, *, jobs=1, report=None))]
+#[pyo3(signature = (plan, controllers=None, *, jobs=1, on_exception="raise", report=None))]
 pub fn compare<'py>(
     py: Python<'py>,
     plan: &Bound<'py, PyAny>,
     controllers: Option<&Bound<'py, PyMapping>>,
     jobs: usize,
+    on_exception: &str,
     report: Option<PathBuf>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
     let unusable = |error| raise(format!("{error:#}"));
     // One that cannot be used is refused before the runs.
     let folder = ReportFolder::of_argument("report", report.as_deref()).map_err(unusable)?;
-    let (title, rows) = rows(py, plan, controllers, jobs)?;
+    let (title, rows) = rows(py, plan, controllers, (jobs, on_exception))?;
     let ranked = py.detach(|| rankings(&rows));
     if report.is_some() {
         let machine: String = py.import("platform")?.call_method0("platform")?.extract()?;

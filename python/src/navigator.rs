@@ -38,6 +38,7 @@ pub struct Navigator {
 
 struct State {
     navigator: inbye::navigator::Navigator,
+    config: inbye::runtime::Config,
     scan_change: inbye::map::ScanChange,
 }
 
@@ -79,7 +80,7 @@ impl Navigator {
         raised.check()?;
         let navigator = made.map_err(raise)?;
         let scan_change = inbye::map::ScanChange::default();
-        Ok(Self { state: Shared::new(State { navigator, scan_change }), raised, objects })
+        Ok(Self { state: Shared::new(State { navigator, config, scan_change }), raised, objects })
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
@@ -140,6 +141,37 @@ impl Navigator {
         })?;
         self.raised.check()?;
         Ok(decision)
+    }
+
+    /// Limits the speed from the next step on, m/s.
+    fn set_speed_limit(&self, py: Python<'_>, limit: Option<f64>) -> PyResult<()> {
+        if let Some(limit) = limit.filter(|limit| limit.is_nan() || *limit < 0.0) {
+            return Err(raise(format!("the speed limit is {limit}: it must be zero or more")));
+        }
+        self.state.with(py, |state| state.navigator.set_speed_limit(limit))
+    }
+
+    /// Replaces the map while the robot drives.
+    fn set_map(&self, py: Python<'_>, map: &Bound<'_, Map>) -> PyResult<()> {
+        let map = map.get();
+        let replaced = self.state.with(py, |state| {
+            let known = map.navigation_map(state.config.unknown);
+            state.navigator.replace_map(state.config.prepare_map(known)?);
+            Ok::<(), inbye::navigator::Fault>(())
+        })?;
+        replaced.map_err(raise)
+    }
+
+    /// Length of the path ahead, metres.
+    #[getter]
+    fn distance_left_m(&self, py: Python<'_>) -> PyResult<f64> {
+        self.state.with(py, |state| state.navigator.distance_left_m())
+    }
+
+    /// Number of goals that the robot has left behind.
+    #[getter]
+    fn goals_passed(&self, py: Python<'_>) -> PyResult<usize> {
+        self.state.with(py, |state| state.navigator.goals_passed())
     }
 
     /// The global path that the robot follows.

@@ -112,6 +112,43 @@ def test_rows_before_an_exception_are_kept() -> None:
     assert inbye.bench.rows_before(ValueError("another one")) == []
 
 
+def test_a_run_with_an_exception_can_count_as_a_failure() -> None:
+    class Raising(Pursuit):
+        """Raises in each method, in its second and third run."""
+
+        made = 0
+
+        def __init__(self) -> None:
+            Raising.made += 1
+            self.number = Raising.made
+
+        def reset(self) -> None:
+            if self.number > 2:
+                raise LookupError("no model")
+
+        def compute_velocity(self, seen: inbye.ControllerInput) -> tuple[float, float]:
+            if self.number > 1:
+                raise ZeroDivisionError("no speed")
+            return super().compute_velocity(seen)
+
+    class Leaving(Pursuit):
+        def compute_velocity(self, seen: inbye.ControllerInput) -> tuple[float, float]:
+            raise SystemExit(3)
+
+    plan = {"worlds": [{"kind": "scenes", "time_limit_s": 5.0}]}
+    controllers = {"raising": Raising, "last": Pursuit}
+    found = inbye.bench.compare(plan, controllers, on_exception="fail")
+    rows = [row for row in found.rows if row["config"] == "raising"]
+    assert [row["outcome"] for row in rows] == ["timeout", "failed", "failed"]
+    assert "no speed" in rows[1]["reason"]
+    assert "no model" in rows[2]["reason"]
+    assert [row["outcome"] for row in found.rows if row["config"] == "last"] == ["timeout"] * 3
+    with pytest.raises(SystemExit):
+        inbye.bench.run(plan, {"leaving": Leaving}, on_exception="fail")
+    with pytest.raises(inbye.InbyeError, match="^on_exception is ignore: it must be raise or fail"):
+        inbye.bench.run(plan, controllers, on_exception="ignore")  # type: ignore[arg-type]
+
+
 def test_page_of_another_program_is_not_replaced(tmp_path: Path) -> None:
     page = tmp_path / "index.html"
     page.write_text("<p>mine</p>")

@@ -255,21 +255,35 @@ def scan(x: float, y: float, yaw: float = 0.0) -> np.ndarray:
     return np.minimum(across, along)
 
 
-def test_navigator_brings_a_robot_of_the_caller_to_its_goal() -> None:
-    navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)])
-    assert np.allclose(navigator.path[[0, -1]], [[2.0, 3.0], [6.0, 4.5]])
-    x, y, yaw, velocity, decision = 2.0, 3.0, 0.0, (0.0, 0.0), None
+def drive_to_goal(
+    navigator: inbye.Navigator, start: tuple[float, float], at_tick: Callable[[int], None]
+) -> np.ndarray:
+    """Return x, y, yaw, speed and turn rate of each tick of a robot that drives without error."""
+    x, y, yaw, velocity, decision = *start, 0.0, (0.0, 0.0), None
+    rows = []
     for tick in range(600):
+        at_tick(tick)
         decision = navigator.step(0.1 * tick, (x, y, yaw), velocity, scan(x, y, yaw), **ANGLES)
         if decision.mode == "arrived":
             break
         velocity = decision.command
+        rows.append((x, y, yaw, *velocity))
         x += 0.1 * velocity[0] * np.cos(yaw)
         y += 0.1 * velocity[0] * np.sin(yaw)
         yaw += 0.1 * velocity[1]
     assert decision is not None
     assert decision.mode == "arrived", decision.fault
+    return np.array(rows)
+
+
+def test_navigator_brings_a_robot_of_the_caller_to_its_goal() -> None:
+    navigator = inbye.Navigator(walls(), (2.0, 3.0), [(6.0, 4.5)])
+    assert np.allclose(navigator.path[[0, -1]], [[2.0, 3.0], [6.0, 4.5]])
+    assert navigator.distance_left_m == pytest.approx(4.27, abs=0.1)
+    x, y, yaw, *velocity = drive_to_goal(navigator, (2.0, 3.0), lambda _: None)[-1]
     assert np.hypot(x - 6.0, y - 4.5) < 0.25
+    assert navigator.distance_left_m < 0.25
+    assert navigator.goals_passed == 0
     blind = navigator.step(100.0, (x, y, yaw), velocity, np.full(360, np.nan), **ANGLES)
     assert blind.observation_fault is not None
     with pytest.raises(inbye.InbyeError, match="at least one"):
@@ -283,6 +297,12 @@ def rectangle(left: int, low: int, right: int, high: int, value: int) -> inbye.M
     return inbye.Map(cells, 0.1)
 
 
+def enters(mask: inbye.Map, path: np.ndarray) -> bool:
+    legs = [np.linspace(*ends, 100) for ends in pairwise(path)]
+    columns, rows = (np.concatenate(legs) / 0.1).astype(int).T
+    return bool((mask.cells[rows, columns] == 100).any())
+
+
 def test_zones_are_kept_by_paths_samples_drives_and_the_navigator() -> None:
     closed = rectangle(50, 0, 65, 50, 100)
     zoned = walls().with_zones(keepout=closed, speed=rectangle(70, 0, 90, 80, 40))
@@ -290,15 +310,9 @@ def test_zones_are_kept_by_paths_samples_drives_and_the_navigator() -> None:
     assert np.array_equal(np.unique(zoned.zones), [0, 60, 100])
     assert walls().zones is None
     start, goal = (2.0, 3.0), (10.0, 3.0)
-
-    def is_closed(path: np.ndarray) -> bool:
-        legs = [np.linspace(*ends, 100) for ends in pairwise(path)]
-        columns, rows = (np.concatenate(legs) / 0.1).astype(int).T
-        return bool((closed.cells[rows, columns] == 100).any())
-
-    assert is_closed(inbye.plan(walls(), start, goal))
-    assert not is_closed(inbye.plan(zoned, start, goal))
-    assert not is_closed(inbye.Navigator(zoned, start, [goal]).path)
+    assert enters(closed, inbye.plan(walls(), start, goal))
+    assert not enters(closed, inbye.plan(zoned, start, goal))
+    assert not enters(closed, inbye.Navigator(zoned, start, [goal]).path)
     ahead = [
         inbye.evaluate(inbye.Problem(world, (4.4, 3.0, 0.0), goal, velocity=(0.5, 0.0)))
         for world in (walls(), zoned)
@@ -311,7 +325,7 @@ def test_zones_are_kept_by_paths_samples_drives_and_the_navigator() -> None:
     assert drive.zones["limited_ticks"] > 0
     free = inbye.World(walls(), (*start, 0.0), goal).drive()
     assert free.zones is None
-    assert is_closed(np.stack([free.trace["x"], free.trace["y"]], axis=1))
+    assert enters(closed, np.stack([free.trace["x"], free.trace["y"]], axis=1))
     with pytest.raises(inbye.InbyeError, match="keepout: no cell of the map is closed"):
         walls().with_zones(keepout=rectangle(0, 0, 0, 0, 0))
     with pytest.raises(inbye.InbyeError, match="speed: a cell is 100 percent"):
@@ -319,6 +333,28 @@ def test_zones_are_kept_by_paths_samples_drives_and_the_navigator() -> None:
     # Zones of two calls are those of one.
     twice = walls().with_zones(keepout=closed).with_zones(speed=rectangle(70, 0, 90, 80, 40))
     assert np.array_equal(twice.zones, zoned.zones)
+
+
+def test_speed_and_map_change_while_the_navigator_drives() -> None:
+    start, goal = (3.0, 4.0), (9.0, 4.0)
+    navigator = inbye.Navigator(walls(), start, [goal])
+    closed = rectangle(50, 0, 65, 60, 100)
+    assert enters(closed, navigator.path)
+
+    def change(tick: int) -> None:
+        if tick == 5:
+            navigator.set_speed_limit(0.2)
+            navigator.set_map(walls().with_zones(keepout=closed))
+        if tick == 60:
+            navigator.set_speed_limit(None)
+
+    ticks = drive_to_goal(navigator, start, change)
+    assert not enters(closed, ticks[:, :2])
+    assert not enters(closed, navigator.path)
+    assert ticks[20:60, 3].max() <= 0.2 < ticks[60:, 3].max()
+    for limit in (-0.1, np.nan):
+        with pytest.raises(inbye.InbyeError, match="^the speed limit is .*: it must be zero or"):
+            navigator.set_speed_limit(limit)
 
 
 def test_localizer_corrects_a_wrong_start() -> None:

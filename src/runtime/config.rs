@@ -14,8 +14,8 @@ use crate::local::{Engine, LocalPlanner, LocalSettings, MAX_DISCS};
 use crate::localization::LocalizationSettings;
 use crate::map::UnknownPolicy;
 use crate::navigator::{
-    Controller, Fault, GlobalPlanner, NavigationMap, Navigator, NavigatorSettings, RobotModel,
-    RoutePlanner, Waypoints,
+    Controller, Fault, GlobalPlanner, NavigationMap, Navigator, NavigatorSettings, PreparedMap,
+    RobotModel, RoutePlanner, Waypoints,
 };
 use crate::robot::{Footprint, Limits, Polygon, TrackedDrive};
 use crate::settings::{SettingError, choices, require, setting_schema, settings};
@@ -335,6 +335,16 @@ impl Config {
         let controller =
             ProcessController::start(&self.controller, &robot, period_s, budget_s, &map.closed())?;
         Ok(Some(Box::new(controller)))
+    }
+
+    /// Prepares a map for [`Navigator::replace_map`]. It takes time in proportion to the map's area.
+    ///
+    /// # Errors
+    /// When the program of the settings that plans, or the planning thread, does not start.
+    pub fn prepare_map(&self, map: impl Into<NavigationMap>) -> Result<PreparedMap, Fault> {
+        let map = map.into();
+        let global_planner = self.new_global_planner(map.obstacles.frame().resolution_m)?;
+        PreparedMap::new(map, global_planner, &self.navigator)
     }
 
     /// Creates the global planner of the settings, on maps of a resolution in metres.

@@ -60,15 +60,6 @@ impl ContradictedMap {
     }
 }
 
-/// Prepares a map for a navigator with these settings.
-///
-/// # Errors
-/// When the global planner or its thread does not start.
-pub(crate) fn prepare(map: NavigationMap, config: &Config) -> Result<PreparedMap, Fault> {
-    let route_planner = config.new_global_planner(map.obstacles.frame().resolution_m)?;
-    PreparedMap::new(map, route_planner, &config.navigator)
-}
-
 /// A changed map, prepared for navigation and localisation.
 pub(crate) struct ChangedMap {
     pub for_navigator: PreparedMap,
@@ -82,7 +73,7 @@ impl ChangedMap {
     pub fn new(map: NavigationMap, config: &Config) -> Result<Self, Fault> {
         let is_localized = config.pose_source == PoseSource::Scans;
         let for_localizer = is_localized.then(|| SignedDistanceField::new(&map.obstacles));
-        Ok(Self { for_navigator: prepare(map, config)?, for_localizer })
+        Ok(Self { for_navigator: config.prepare_map(map)?, for_localizer })
     }
 }
 

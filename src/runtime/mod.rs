@@ -24,8 +24,6 @@ pub use contact::{Contact, TouchedBody};
 pub use encounters::{Encounters, MET_WITHIN_M};
 pub(crate) use lidar_data::CompensatedScan;
 pub use lidar_data::LidarData;
-#[cfg(feature = "mcap")]
-pub(crate) use map_update::prepare;
 #[cfg(feature = "ros")]
 pub(crate) use map_update::{ContradictedMap, MapUpdate};
 pub use mission::{

@@ -389,6 +389,7 @@ def run(
     controllers: Mapping[str, Controller | type[ControllerObject]] | None = None,
     *,
     jobs: int = 1,
+    on_exception: Literal["raise", "fail"] = "raise",
 ) -> list[dict[str, Any]]:
     """Run the cells of a plan, and its tasks with controllers."""
 
@@ -397,6 +398,7 @@ def compare(
     controllers: Mapping[str, Controller | type[ControllerObject]] | None = None,
     *,
     jobs: int = 1,
+    on_exception: Literal["raise", "fail"] = "raise",
     report: str | os.PathLike[str] | None = None,
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Run the cells of a plan and rank the planners; the ranking and the rows."""
@@ -514,6 +516,24 @@ class Navigator:
 
         The ranges are from the lidar's position in the robot's frame; none is the origin.
         """
+    def set_speed_limit(self, limit: float | None) -> None:
+        """Limit the speed from the next step on, m/s; None for no limit.
+
+        A robot that is faster brakes. With a limit of zero it stands or turns on the spot. Limits
+        of zones count too.
+        """
+    def set_map(self, map: Map) -> None:
+        """Replace the map, in the same frame, while the robot drives.
+
+        The next step avoids its obstacles and zones, and a path on it is planned at once. Obstacles
+        that only the lidar saw remain. It takes time in proportion to the map's area.
+        """
+    @property
+    def distance_left_m(self) -> float:
+        """Length of the path ahead, to the last goal, metres."""
+    @property
+    def goals_passed(self) -> int:
+        """Number of goals that the robot has left behind."""
     @property
     def path(self) -> Floats:
         """The global path that the robot follows."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 from inbye import _native
 
@@ -30,7 +30,11 @@ def worlds(plan: PlanSource | None = None, **group: Any) -> list[_native.World]:
 
 
 def run(
-    plan: PlanSource, controllers: Controllers | None = None, *, jobs: int = 1
+    plan: PlanSource,
+    controllers: Controllers | None = None,
+    *,
+    jobs: int = 1,
+    on_exception: Literal["raise", "fail"] = "raise",
 ) -> list[dict[str, Any]]:
     """Run the cells of a plan, ``jobs`` (1 to 1024) at a time, and return the figures of each run.
 
@@ -40,9 +44,10 @@ def run(
     changes of the plan's ``config``: ``configs``, ``weights`` and ``sampling`` are not for them.
 
     An exception of a controller, and Ctrl-C, ends all runs: :func:`rows_before` returns the figures
-    of the runs before it.
+    of the runs before it. With ``on_exception="fail"`` an exception of a controller ends its run
+    only, which counts as a failure: its row has the exception as ``reason``.
     """
-    return _native.run(plan, controllers, jobs=jobs)
+    return _native.run(plan, controllers, jobs=jobs, on_exception=on_exception)
 
 
 def rows_before(error: BaseException) -> list[dict[str, Any]]:
@@ -96,6 +101,7 @@ def compare(
     controllers: Controllers | None = None,
     *,
     jobs: int = 1,
+    on_exception: Literal["raise", "fail"] = "raise",
     report: str | os.PathLike[str] | None = None,
 ) -> Comparison:
     """Run a plan as :func:`run` does and rank the planners.
@@ -104,5 +110,7 @@ def compare(
     created before the first run. An exception has the rows of the runs before it, as that of
     :func:`run`.
     """
-    ranked, rows = _native.compare(plan, controllers, jobs=jobs, report=report)
+    ranked, rows = _native.compare(
+        plan, controllers, jobs=jobs, on_exception=on_exception, report=report
+    )
     return Comparison(ranked, rows)
