@@ -67,4 +67,6 @@ pub use waypoints::{Goal, Waypoints};
 
 pub(crate) use route::Route;
 #[cfg(feature = "experiment")]
+#[cfg(feature = "sim")]
+pub(crate) use goal_yaw::no_room;
 pub(crate) use scan_visibility::measures_beyond;
