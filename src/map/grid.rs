@@ -32,6 +32,12 @@ impl Cell {
     pub fn center(self) -> Point {
         Point::new(f64::from(self.column) + 0.5, f64::from(self.row) + 0.5)
     }
+
+    /// The cell and the eight around it. They may lie outside a grid.
+    pub(crate) fn with_neighbours(self) -> impl Iterator<Item = Self> {
+        let row = move |up| (-1..=1).map(move |right| (right, up));
+        (-1..=1).flat_map(row).map(move |(right, up)| Self::new(self.column + right, self.row + up))
+    }
 }
 
 /// Size and pose of a grid. Two grids may be combined if their frames are equal.
