@@ -8,6 +8,7 @@
 mod async_planner;
 mod base_response;
 mod behaviours;
+mod condition_timer;
 mod controller;
 mod controller_host;
 mod deadline;
