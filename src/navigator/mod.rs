@@ -48,6 +48,7 @@ mod tracker;
 mod turn_safety;
 mod visible_space;
 mod waypoints;
+mod zoned_map;
 
 pub use controller::{Controller, ControllerError, ControllerInput, ControllerReply};
 pub use deadline::{COMMAND_LIFETIME_S, DeadlineStats};
@@ -62,12 +63,14 @@ pub use observation::{Observation, ObservationFault};
 pub use obstacle_model::ObstacleModel;
 pub use route_planner::RoutePlanner;
 pub use settings::{NavigatorFeatures, NavigatorSettings};
-pub use speed_limits::limits_in_zones;
 pub use state::RobotModel;
 pub use waypoints::{Goal, Waypoints};
+pub use zoned_map::ZonedMap;
 
-pub(crate) use route::Route;
-#[cfg(feature = "experiment")]
 #[cfg(feature = "sim")]
 pub(crate) use goal_yaw::no_room;
+pub(crate) use route::Route;
+#[cfg(feature = "experiment")]
 pub(crate) use scan_visibility::measures_beyond;
+#[cfg(feature = "sim")]
+pub(crate) use speed_limits::limits_in_zones;
