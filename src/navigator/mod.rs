@@ -63,6 +63,7 @@ pub use observation::{Observation, ObservationFault};
 pub use obstacle_model::ObstacleModel;
 pub use route_planner::RoutePlanner;
 pub use settings::{NavigatorFeatures, NavigatorSettings};
+pub use speed_limits::limits_in_zones;
 pub use state::RobotModel;
 pub use waypoints::{Goal, Waypoints};
 pub use zoned_map::ZonedMap;
@@ -72,5 +73,3 @@ pub(crate) use goal_yaw::no_room;
 pub(crate) use route::Route;
 #[cfg(feature = "experiment")]
 pub(crate) use scan_visibility::measures_beyond;
-#[cfg(feature = "sim")]
-pub(crate) use speed_limits::limits_in_zones;

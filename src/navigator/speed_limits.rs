@@ -12,8 +12,8 @@ const ZONE_BRAKING: f64 = 0.6;
 
 /// The limits of a robot for one decision at a place among zones, as a [`Navigator`] has them there: with the speed from which it
 /// keeps the limits of all zones around. One that is faster brakes.
-#[cfg(any(test, feature = "sim"))]
-pub(crate) fn limits_in_zones(
+#[must_use]
+pub fn limits_in_zones(
     limits: &Limits,
     zones: &Zones,
     pose: &Pose,
