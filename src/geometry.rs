@@ -144,8 +144,14 @@ impl Point {
         self.x.is_finite() && self.y.is_finite()
     }
 
+    /// The lower left and the upper right corner of the smallest rectangle around points; `None` without any.
+    #[must_use]
+    pub fn bounds(points: impl IntoIterator<Item = Self>) -> Option<[Self; 2]> {
+        let corners = points.into_iter().map(|point| [point, point]);
+        corners.reduce(|[low, high], [point, _]| [low.min(&point), high.max(&point)])
+    }
+
     /// The smaller of each coordinate. Of a positive and a negative zero it keeps its own.
-    #[cfg(feature = "sim")]
     #[inline]
     pub(crate) fn min(&self, other: &Self) -> Self {
         let least = |own: f64, other: f64| if own <= other { own } else { other };
@@ -153,7 +159,6 @@ impl Point {
     }
 
     /// The greater of each coordinate. Of a positive and a negative zero it keeps its own.
-    #[cfg(feature = "sim")]
     #[inline]
     pub(crate) fn max(&self, other: &Self) -> Self {
         let greatest = |own: f64, other: f64| if own >= other { own } else { other };

@@ -66,6 +66,20 @@ int main() {
     require(inbye_decide(engine.get(), map.get(), config.get(), &problem, &same));
     bool is_same = same.index == decision.index && same.admissible == decision.admissible && same.digest[0] == '\0';
 
+    // Unknown cells ahead are obstacles, or free with this setting.
+    std::vector<int8_t> unseen = cells;
+    for (int row = 1; row < height - 1; ++row) { unseen[row * width + 21] = -1; }
+    Map unknown(inbye_map_new(unseen.data(), width, height, 0.1, {0.0, 0.0, 0.0}));
+    Config free_unknown(inbye_config_new("unknown = \"free\"\n"
+                                         "robot.footprint = [{ x = 0.0, y = 0.0, radius = 0.3 }]\n"
+                                         "local = { vx_samples = 16, vtheta_samples = 64 }\n"));
+    require(free_unknown != nullptr);
+    InbyeDecision blocked, open;
+    require(inbye_decide(engine.get(), unknown.get(), config.get(), &problem, &blocked));
+    require(inbye_decide(engine.get(), unknown.get(), free_unknown.get(), &problem, &open));
+    bool is_open = blocked.admissible < decision.admissible && open.admissible == decision.admissible;
+    std::printf("unknown cells %s\n", is_open ? "follow the setting" : "do not follow the setting");
+
     size_t count = 0;
     std::vector<InbyePoint> path(100);
     require(inbye_plan(map.get(), config.get(), {1.5, 2.0}, {6.0, 2.5}, path.data(), path.size(), &count));
@@ -137,5 +151,5 @@ int main() {
     // An error says what is wrong.
     Config wrong(inbye_config_new("[local]\nvx_sample = 16\n"));
     std::printf("error: %s\n", inbye_last_error());
-    return wrong == nullptr && is_same && has_obeyed && command.mode == INBYE_MODE_ARRIVED ? 0 : 1;
+    return wrong == nullptr && is_same && is_open && has_obeyed && command.mode == INBYE_MODE_ARRIVED ? 0 : 1;
 }

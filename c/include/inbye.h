@@ -47,7 +47,7 @@ typedef struct InbyeConfig InbyeConfig;
 typedef struct InbyeEngine InbyeEngine;
 
 /*
- An occupancy grid with its zones, and the distances to its obstacles and closed zones. Unknown cells are obstacles.
+ An occupancy grid with its zones. Unknown cells are obstacles, or free with `unknown = "free"` in the configuration.
  */
 typedef struct InbyeMap InbyeMap;
 
@@ -322,7 +322,7 @@ uint32_t inbye_abi_version(void);
 
 /*
  Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME", with up to 1024 threads of the
- CPU. Returns null on failure.
+ CPU; 0 counts as 1. Returns null on failure.
 
  Precondition: `name` points to a text that ends with zero.
  */

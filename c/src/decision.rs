@@ -8,7 +8,6 @@ use std::time::Instant;
 
 use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested};
 use inbye::local::{DecisionInput, Detail, Engine, Explainer, QuantizedProblem};
-use inbye::navigator::limits_in_zones;
 
 use crate::error::{array, boxed, free, guarded, object, object_mut, place, text};
 use crate::map::{InbyeConfig, InbyeMap};
@@ -53,7 +52,7 @@ pub struct InbyeDecision {
 }
 
 /// Opens an engine: "auto", the fastest for decisions of the default size, "cpu", "gpu" or "gpu:NAME", with up to 1024 threads of the
-/// CPU. Returns null on failure.
+/// CPU; 0 counts as 1. Returns null on failure.
 ///
 /// # Safety
 /// `name` points to a text that ends with zero.
@@ -141,19 +140,12 @@ unsafe fn decide(
         let discs: Vec<_> = discs.iter().map(Into::into).collect();
         let config = &config.0;
         let (pose, twist) = (problem.pose.checked("pose")?, problem.velocity.checked("velocity")?);
-        let (limits, period_s) = (config.robot.limits, config.local.control_period_s);
-        let in_zones = |zones| limits_in_zones(&limits, zones, &pose, &twist, period_s);
+        let input = config.decision_input(map, pose, twist, problem.target.checked("target")?);
         let input = DecisionInput {
-            field: &map.field,
-            pose,
-            twist,
             last_command: problem.last_command.checked("last_command")?,
             obstacles: &discs,
-            target: problem.target.checked("target")?,
             key_node: problem.key_node.checked("key_node")?,
-            limits: map.zones.as_deref().map_or(limits, in_zones),
-            footprint: &config.robot.footprint,
-            weights: config.local.weights,
+            ..input.map_err(|error| error.to_string())?
         };
         let problem = input.problem(&config.local);
         let quantized = QuantizedProblem::new(&problem).map_err(|error| error.to_string())?;

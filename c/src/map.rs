@@ -1,40 +1,29 @@
 //! Maps, configurations, and global paths.
 
 use core::ffi::c_char;
+use core::ops::Deref;
 use core::panic::AssertUnwindSafe;
 use std::path::Path;
-use std::sync::Arc;
 
 use inbye::geometry::Point;
-use inbye::local::ClearanceField;
-use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, Zones, load};
-use inbye::navigator::NavigationMap;
+use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, load};
+use inbye::navigator::ZonedMap;
 use inbye::runtime::Config;
 
 use crate::error::{array, boxed, free, guarded, object, text};
 use crate::values::{InbyePoint, InbyePose};
 
-/// An occupancy grid with its zones, and the distances to its obstacles and closed zones. Unknown cells are obstacles.
-pub struct InbyeMap {
-    pub(crate) grid: OccupancyGrid,
-    pub(crate) zones: Option<Arc<Zones>>,
-    pub(crate) field: Arc<ClearanceField>,
-}
+/// An occupancy grid with its zones. Unknown cells are obstacles, or free with `unknown = "free"` in the configuration.
+pub struct InbyeMap(ZonedMap);
 
 /// All settings of a robot and its navigation.
 pub struct InbyeConfig(pub(crate) Config);
 
-impl InbyeMap {
-    fn of(grid: OccupancyGrid, zones: Option<Arc<Zones>>) -> Result<Self, String> {
-        let obstacles = grid.obstacles(UnknownPolicy::Blocked);
-        let closed = NavigationMap { obstacles, zones: zones.clone() }.closed();
-        let field = ClearanceField::new(&closed).map_err(|error| error.to_string())?;
-        Ok(Self { grid, zones, field: Arc::new(field) })
-    }
+impl Deref for InbyeMap {
+    type Target = ZonedMap;
 
-    /// The map for a navigator.
-    pub(crate) fn navigation_map(&self, unknown: UnknownPolicy) -> NavigationMap {
-        NavigationMap { obstacles: self.grid.obstacles(unknown), zones: self.zones.clone() }
+    fn deref(&self) -> &ZonedMap {
+        &self.0
     }
 }
 
@@ -58,10 +47,8 @@ pub unsafe extern "C" fn inbye_map_new(
         let frame = frame.map_err(|error| error.to_string())?;
         // SAFETY: the caller vouches for the cells; the frame has checked that both sides are above zero.
         let cells = unsafe { array(cells, frame.len(), "cells") }?;
-        if cells.iter().any(|cell| !(-1..=100).contains(cell)) {
-            return Err("cells must be -1, for unknown, or 0 to 100 percent".to_owned());
-        }
-        InbyeMap::of(OccupancyGrid::new(frame, cells.to_vec()), None)
+        let grid = OccupancyGrid::from_cells(frame, cells.to_vec());
+        Ok(InbyeMap(ZonedMap::new(grid.map_err(|error| error.to_string())?, None)))
     }))
 }
 
@@ -76,7 +63,7 @@ pub unsafe extern "C" fn inbye_map_load(path: *const c_char, resolution_m: f64) 
         // SAFETY: the caller vouches for the text.
         let path = unsafe { text(path, "path") }?;
         let grid = load(Path::new(path), &LoadOptions { resolution_m });
-        InbyeMap::of(grid.map_err(|error| error.to_string())?, None)
+        Ok(InbyeMap(ZonedMap::new(grid.map_err(|error| error.to_string())?, None)))
     }))
 }
 
@@ -98,10 +85,8 @@ pub unsafe extern "C" fn inbye_map_with_zones(
         let map = unsafe { object(map, "map") }?;
         // SAFETY: the caller vouches for the masks.
         let (keepout, speed) = unsafe { (keepout.as_ref(), speed.as_ref()) };
-        let (keepout, speed) = (keepout.map(|mask| &mask.grid), speed.map(|mask| &mask.grid));
-        let zones = Zones::from_masks(map.grid.frame(), map.zones.as_deref(), keepout, speed);
-        let zones = zones.map_err(|error| error.to_string())?;
-        InbyeMap::of(map.grid.clone(), zones.map(Arc::new))
+        let (keepout, speed) = (keepout.map(|mask| &*mask.grid), speed.map(|mask| &*mask.grid));
+        map.with_masks(keepout, speed).map(InbyeMap).map_err(|error| error.to_string())
     }))
 }
 

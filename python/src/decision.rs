@@ -140,7 +140,7 @@ pub fn open(name: &str, threads: usize) -> PyResult<Box<dyn inbye::local::Engine
     let size = DecisionSize::default();
     let started = Instant::now();
     let clock = &mut || started.elapsed().as_secs_f64();
-    open_requested(&request, &size, threads.max(1), clock, &mut thread::sleep).map_err(raise)
+    open_requested(&request, &size, threads, clock, &mut thread::sleep).map_err(raise)
 }
 
 impl Engine {

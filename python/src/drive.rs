@@ -40,8 +40,8 @@ impl World {
         time_limit_s: Option<f64>,
         name: &str,
     ) -> PyResult<Self> {
-        let Map { grid, zones, .. } = map.get();
-        let (grid, zones) = (Arc::clone(grid), zones.clone());
+        let map = map.get();
+        let (grid, zones) = (Arc::clone(&map.grid), map.zones.clone());
         let (start, goal) = (pose(start)?, self::goal(&goal)?);
         let people = usize::try_from(people)
             .map_err(|_| raise(format!("people is {people}: it must be at least 0")))?;

@@ -1,13 +1,11 @@
 //! Occupancy grids, and global paths on them.
 
+use core::ops::Deref;
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
-use inbye::local::ClearanceField;
-use inbye::map::{
-    GridFrame, LoadOptions, OccupancyGrid, UnknownPolicy, Zones, has_own_resolution, load,
-};
-use inbye::navigator::NavigationMap;
+use inbye::map::{GridFrame, LoadOptions, OccupancyGrid, Zones, has_own_resolution, load};
+use inbye::navigator::ZonedMap;
 use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
@@ -18,31 +16,19 @@ use super::settings::settings;
 
 /// An occupancy grid.
 #[pyclass(frozen, module = "inbye")]
-pub struct Map {
-    pub grid: Arc<OccupancyGrid>,
-    pub zones: Option<Arc<Zones>>,
-    /// Distances to obstacles, with unknown cells blocked and free.
-    fields: [OnceLock<Arc<ClearanceField>>; 2],
+pub struct Map(ZonedMap);
+
+impl Deref for Map {
+    type Target = ZonedMap;
+
+    fn deref(&self) -> &ZonedMap {
+        &self.0
+    }
 }
 
 impl Map {
     fn of(grid: OccupancyGrid) -> Self {
-        Self { grid: Arc::new(grid), zones: None, fields: [OnceLock::new(), OnceLock::new()] }
-    }
-
-    /// The map for a navigator.
-    pub fn navigation_map(&self, unknown: UnknownPolicy) -> NavigationMap {
-        NavigationMap { obstacles: self.grid.obstacles(unknown), zones: self.zones.clone() }
-    }
-
-    /// The distances to the obstacles and closed zones, which are measured once.
-    pub fn field(&self, unknown: UnknownPolicy) -> PyResult<Arc<ClearanceField>> {
-        let field = &self.fields[usize::from(unknown == UnknownPolicy::Free)];
-        if let Some(field) = field.get() {
-            return Ok(Arc::clone(field));
-        }
-        let made = ClearanceField::new(&self.navigation_map(unknown).closed()).map_err(raise)?;
-        Ok(Arc::clone(field.get_or_init(|| Arc::new(made))))
+        Self(ZonedMap::new(grid, None))
     }
 }
 
@@ -57,10 +43,8 @@ impl Map {
         let side = |cells: usize| i32::try_from(cells).unwrap_or(i32::MAX);
         let (height, width) = (side(cells.nrows()), side(cells.ncols()));
         let frame = GridFrame::new(width, height, resolution_m, pose(origin)?).map_err(raise)?;
-        if cells.iter().any(|cell| !(-1..=100).contains(cell)) {
-            return Err(raise(CELL_RANGE));
-        }
-        Ok(Self::of(OccupancyGrid::new(frame, cells.iter().copied().collect())))
+        let cells = cells.iter().copied().collect();
+        OccupancyGrid::from_cells(frame, cells).map(Self::of).map_err(raise)
     }
 
     /// Reads a map_server YAML file, a MovingAI map or rows of text. The side of a cell, one metre by default, is for the last two.
@@ -109,9 +93,7 @@ impl Map {
     ) -> PyResult<Self> {
         let keepout = keepout.map(|mask| &*mask.get().grid);
         let speed = speed.map(|mask| &*mask.get().grid);
-        let zones = Zones::from_masks(self.grid.frame(), self.zones.as_deref(), keepout, speed);
-        let zones = zones.map_err(raise)?.map(Arc::new);
-        Ok(Self { grid: Arc::clone(&self.grid), zones, fields: Default::default() })
+        self.0.with_masks(keepout, speed).map(Self).map_err(raise)
     }
 
     /// A copy of the zones on the cells of the map, if it has any: 0 no zone, 1 to 99 a speed limit in percent, 100 closed.
@@ -150,11 +132,9 @@ pub fn map_of_parts(
     let map = Map::new(cells, resolution_m, origin)?;
     let Some(zones) = zones else { return Ok(map) };
     let zones = Map::new(zones, resolution_m, origin)?;
-    Ok(Map { zones: Some(Arc::new(Zones::from_grid(&zones.grid))), ..map })
+    let zones = Arc::new(Zones::from_grid(&zones.grid));
+    Ok(Map(ZonedMap::new(Arc::clone(&map.grid), Some(zones))))
 }
-
-/// The range of cells, as an error says it.
-const CELL_RANGE: &str = "cells must be -1, for unknown, or 0 to 100 percent";
 
 /// Cells from an array of any type of integers, or from rows of them.
 fn whole_cells<'py>(cells: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray2<'py, i8>> {
@@ -174,7 +154,7 @@ fn whole_cells<'py>(cells: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray2<'py,
         let least: i128 = array.call_method0("min")?.extract()?;
         let largest: i128 = array.call_method0("max")?.extract()?;
         if least < -1 || largest > 100 {
-            return Err(raise(CELL_RANGE));
+            return Err(raise("cells must be -1, for unknown, or 0 to 100 percent"));
         }
     }
     let array = array.call_method1("astype", ("int8",))?;

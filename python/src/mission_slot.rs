@@ -11,7 +11,7 @@ use inbye::map::{OccupancyGrid, Scan};
 use inbye::navigator::Goal;
 use inbye::robot::Footprint;
 use inbye::runtime::{Config, Mission, MissionEnd, MissionError, MissionRun, Observer, TickEvent};
-use inbye::sim::{Episode, Lidar, SimError, SimulatedRobot, Simulation};
+use inbye::sim::{Episode, Lidar, SimError, SimulatedRobot, Simulation, first_path};
 use numpy::ndarray::Array3;
 
 use super::picture::Scene;
@@ -276,12 +276,8 @@ fn driver(
 ) -> Result<(Driver, Option<Path>), SimError> {
     let mission = &simulation.mission;
     let Some(engine) = engine else {
-        let obstacles = mission.map.obstacles(config.unknown);
-        let mut planner = config.route_planner(mission.map.frame().resolution_m);
-        let ends = (mission.start.position(), mission.goal.position);
-        let plan = planner.plan(&obstacles, ends.0, ends.1, &mut || 0.0);
         let episode = Episode::new(simulation, config)?;
-        return Ok((Driver::Caller(Box::new(episode)), plan.ok().map(|plan| plan.smoothed)));
+        return Ok((Driver::Caller(Box::new(episode)), first_path(mission, config).ok()));
     };
     let robot = simulation.robot(config)?;
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };

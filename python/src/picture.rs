@@ -63,16 +63,13 @@ struct Canvas {
 impl Canvas {
     /// A map: walls black, unknown cells grey, and everything beyond it.
     fn new(map: &OccupancyGrid) -> Self {
-        let corners = map.frame().corners();
-        let range = |along: fn(&Point) -> f64| {
-            let of = corners.iter().map(along);
-            (of.clone().fold(f64::INFINITY, f64::min), of.fold(f64::NEG_INFINITY, f64::max))
-        };
-        let ((left_m, right_m), (bottom_m, top_m)) = (range(|it| it.x), range(|it| it.y));
-        let pixel_m = (right_m - left_m).max(top_m - bottom_m) / LONGEST_PX;
+        let [low, high] = Point::bounds(map.frame().corners()).unwrap_or_default();
+        let size = high - low;
+        let pixel_m = size.x.max(size.y) / LONGEST_PX;
         let side = |length_m: f64| 2 * ((length_m / pixel_m / 2.0).round() as usize).max(1);
-        let shape = (side(top_m - bottom_m), side(right_m - left_m), 3);
-        let mut canvas = Self { pixels: Array3::zeros(shape), left_m, top_m, pixel_m };
+        let shape = (side(size.y), side(size.x), 3);
+        let pixels = Array3::zeros(shape);
+        let mut canvas = Self { pixels, left_m: low.x, top_m: high.y, pixel_m };
         for row in 0..shape.0 {
             for column in 0..shape.1 {
                 let cell = map.frame().cell_of(&canvas.place(row, column));

@@ -1,7 +1,6 @@
 //! The problem of one decision.
 
 use inbye::local::DecisionInput;
-use inbye::navigator::limits_in_zones;
 use pyo3::prelude::*;
 
 use super::conversion::{moving_discs, point, pose, raise, twist};
@@ -32,25 +31,14 @@ impl Problem {
     ) -> PyResult<Self> {
         let config = settings(config)?;
         let map = map.get();
+        let (pose, velocity, at) = (self::pose(pose)?, twist(velocity)?, point(target)?);
         // The first problem on a map measures its distances to obstacles.
-        let field = py.detach(|| map.field(config.unknown))?;
-        let (pose, velocity) = (self::pose(pose)?, twist(velocity)?);
-        let (limits, period_s) = (config.robot.limits, config.local.control_period_s);
-        let limits = map
-            .zones
-            .as_ref()
-            .map_or(limits, |zones| limits_in_zones(&limits, zones, &pose, &velocity, period_s));
+        let input = py.detach(|| config.decision_input(map, pose, velocity, at)).map_err(raise)?;
         let input = DecisionInput {
-            field: &field,
-            pose,
-            twist: velocity,
             last_command: last_command.map(twist).transpose()?.unwrap_or(velocity),
             obstacles: &moving_discs(obstacles)?,
-            target: point(target)?,
             key_node: point(key_node.unwrap_or(target))?,
-            limits,
-            footprint: &config.robot.footprint,
-            weights: config.local.weights,
+            ..input
         };
         let inner = input.problem(&config.local);
         // Its ranges are checked here rather than at each decision.

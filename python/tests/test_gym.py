@@ -77,6 +77,25 @@ def test_vector_of_robots_equals_single_ones_and_declares_its_autoreset(engine: 
     assert ended == single
 
 
+def test_progress_of_a_callers_robot_counts_along_a_path_that_keeps_out_of_zones() -> None:
+    room = np.zeros((40, 80), np.int8)
+    closed = np.zeros_like(room)
+    closed[:30, 38:42] = 100
+    open_map = inbye.Map(room, 0.1)
+    zoned = open_map.with_zones(keepout=inbye.Map(closed, 0.1))
+
+    def top_of_path(map: inbye.Map) -> int:
+        world = inbye.World(map, (1.0, 2.0, 0.0), (7.0, 2.0))
+        env = inbye.gym.Env([world], seeds=[0], render_mode="rgb_array")
+        env.reset()
+        picture = env.render()
+        assert picture is not None
+        return int(np.flatnonzero((picture == (80, 140, 220)).all(axis=2).any(axis=1))[0])
+
+    # The first row of a picture is the highest one.
+    assert top_of_path(zoned) < top_of_path(open_map) - 40
+
+
 def test_threads_and_seeds_repeat_every_step() -> None:
     def steps(threads: int, seed: int) -> list[np.ndarray]:
         env = inbye.gym.VectorEnv(WORLDS, 4, seeds=range(3), threads=threads)

@@ -49,7 +49,7 @@ impl FromStr for EngineRequest {
 }
 
 /// Opens the engine of a request. For `auto` it measures first, see [`measure_engines`]; an adapter that does not open is left
-/// out.
+/// out. No threads count as one.
 ///
 /// # Errors
 /// Fails when the engine does not open, or fails while it is measured.
@@ -60,6 +60,7 @@ pub fn open_requested(
     clock: &mut dyn FnMut() -> f64,
     pause: &mut dyn FnMut(Duration),
 ) -> Result<Box<dyn Engine>, BenchError> {
+    let threads = threads.max(1);
     let (choice, threads) = match request {
         EngineRequest::Chosen(choice) => (choice.clone(), threads),
         EngineRequest::Auto => {

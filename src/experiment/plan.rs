@@ -233,7 +233,7 @@ impl Plan {
 }
 
 impl PlanWorlds {
-    /// Checks the tables of a key, at least one.
+    /// Checks the tables of a key, at least one, whose numbers are within their ranges.
     pub(super) fn check_all(key: &'static str, all: &[Self]) -> Result<(), ExperimentError> {
         require(!all.is_empty(), key, "empty", "at least one")?;
         all.iter().enumerate().try_for_each(|(index, worlds)| {
@@ -243,7 +243,6 @@ impl PlanWorlds {
 
     fn check(&self) -> Result<(), ExperimentError> {
         use WorldKind::{Barn, DynaBarn, Localization, Map, Mrpb, Paper, Scenes};
-        self.validate()?;
         let kind = self.kind;
         let is = |kinds: &[WorldKind]| kinds.contains(&kind);
         let path = self.path.as_ref().map_or("missing", |_| "given");

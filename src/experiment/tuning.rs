@@ -323,6 +323,14 @@ mod tests {
     }
 
     #[test]
+    fn number_out_of_range_in_a_list_of_tables_is_rejected_by_its_index() {
+        let mut plan = plan("key = { from = 1, to = 2 }\n");
+        plan.train.push(PlanWorlds::default().people(101));
+        let error = plan.validate().expect_err("too many people").to_string();
+        assert!(error.starts_with("[train.1] people is 101: it must be 0 to 100"), "{error}");
+    }
+
+    #[test]
     fn values_that_are_not_valid_are_rejected_by_key_and_value() {
         for (space, place) in [
             (

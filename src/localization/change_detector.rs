@@ -249,10 +249,7 @@ fn cell_at(frame: &GridFrame, point: &Point) -> Option<u32> {
 
 /// A cell and the eight around it.
 fn neighbours(frame: &GridFrame, cell: u32) -> impl Iterator<Item = u32> + use<> {
-    let (frame, at) = (*frame, frame.cell_at(cell as usize));
-    let around = (-1..=1).flat_map(|up| (-1..=1).map(move |right| (right, up)));
-    around
-        .map(move |(right, up)| Cell::new(at.column + right, at.row + up))
-        .filter(move |cell| frame.contains(*cell))
-        .map(move |cell| frame.index(cell) as u32)
+    let frame = *frame;
+    let cells = frame.cell_at(cell as usize).with_neighbours();
+    cells.filter(move |cell| frame.contains(*cell)).map(move |cell| frame.index(cell) as u32)
 }

@@ -1,9 +1,11 @@
 //! Narrow objects that stand alone in a scan: people, and posts. The map shows no people, so beams that end on them say nothing of
 //! the pose, and a person near the lidar hides a third of what it sees.
 
+use core::cell::Cell;
 use core::f64::consts::TAU;
 
 use super::{DeskewedScan, Hit};
+use crate::map::object_runs;
 
 /// An object is at most this wide, metres: a person, or two legs that stand apart.
 const WIDEST_M: f64 = 0.8;
@@ -26,7 +28,8 @@ enum Beside {
 
 /// The beams of a scan with a return or with nothing within range.
 struct Beams<'a> {
-    hits: &'a mut [Hit],
+    /// Marked while the runs of beams are found.
+    hits: &'a [Cell<Hit>],
     /// In their order: the index of the hit, or `None` for a beam with nothing within range.
     order: &'a [Option<usize>],
     /// Mean angle between two beams, radians, at least that of a full turn.
@@ -37,8 +40,8 @@ struct Beams<'a> {
 
 impl Beams<'_> {
     /// The hit of a beam; beams are counted on around a full turn.
-    fn hit(&self, beam: usize) -> Option<&Hit> {
-        self.order[beam % self.order.len()].map(|hit| &self.hits[hit])
+    fn hit(&self, beam: usize) -> Option<Hit> {
+        self.order[beam % self.order.len()].map(|hit| self.hits[hit].get())
     }
 
     /// Whether a beam and the next one end on one object.
@@ -55,7 +58,7 @@ impl Beams<'_> {
         let Some(beam) = beam else {
             return Beside::Hidden;
         };
-        let range_m = self.hit(beam).map_or(f64::INFINITY, Hit::range_m);
+        let range_m = self.hit(beam).map_or(f64::INFINITY, |hit| hit.range_m());
         match range_m - edge.range_m() {
             farther_m if farther_m > APART_M => Beside::Beyond,
             farther_m if farther_m < -APART_M => Beside::Hidden,
@@ -71,7 +74,7 @@ impl Beams<'_> {
         let count = self.order.len();
         let before = (self.is_full_turn || from > 0).then(|| from + count - 1);
         let after = (self.is_full_turn || to + 1 < count).then_some(to + 1);
-        let edges = [self.beside(right, before), self.beside(left, after)];
+        let edges = [self.beside(&right, before), self.beside(&left, after)];
         let is_narrow = (from..=to)
             .filter_map(|beam| self.hit(beam))
             .all(|hit| (hit.end - right.end).norm() <= WIDEST_M);
@@ -79,24 +82,12 @@ impl Beams<'_> {
     }
 
     /// Marks the hits on narrow objects that stand alone.
-    fn mark(&mut self) {
+    fn mark(&self) {
         let count = self.order.len();
-        // In a full turn an object may lie across the first beam.
-        let begin = if self.is_full_turn {
-            (1..=count).find(|&beam| !self.are_near(beam - 1)).unwrap_or(0)
-        } else {
-            0
-        };
-        let mut from = begin;
-        for beam in begin..begin + count {
-            let is_last = beam + 1 == begin + count;
-            if is_last || !self.are_near(beam) {
-                if self.is_alone(from, beam) {
-                    let on_object = (from..=beam).filter_map(|beam| self.order[beam % count]);
-                    on_object.for_each(|hit| self.hits[hit].is_alone = true);
-                }
-                from = beam + 1;
-            }
+        let runs = object_runs(count, self.is_full_turn, |beam| self.are_near(beam));
+        let alone = runs.filter(|run| self.is_alone(run.start, run.end - 1));
+        for hit in alone.flatten().filter_map(|beam| self.order[beam % count]) {
+            self.hits[hit].set(Hit { is_alone: true, ..self.hits[hit].get() });
         }
     }
 }
@@ -111,6 +102,7 @@ impl DeskewedScan {
         let spacing = TAU / directions.len() as f64;
         let gap = (first.0 - last.0).rem_euclid(TAU);
         let is_full_turn = gap.min(TAU - gap) <= NEAR_SPACINGS * spacing;
+        let hits = Cell::from_mut(hits.as_mut_slice()).as_slice_of_cells();
         Beams { hits, order, spacing, is_full_turn }.mark();
     }
 }

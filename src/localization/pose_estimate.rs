@@ -4,55 +4,57 @@ use serde::Serialize;
 
 use super::{Agreement, LocalizationSettings};
 use crate::geometry::Pose;
+use crate::settings::words;
 
-/// Why localisation is lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, thiserror::Error)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum LostReason {
-    /// The lidar has too few returns where the map shows surfaces.
-    #[error("the lidar has no returns where the map shows walls")]
-    NoReturns,
-    /// Too many beams pass through mapped obstacles.
-    #[error("lidar beams pass through walls of the map")]
-    BeamsThroughWalls,
-    /// Too few beams end on mapped surfaces.
-    #[error("the scan does not match the map")]
-    PoorMatch,
-    /// The best match is farther away than the robot can have driven.
-    #[error("the best match is farther away than the robot can have driven")]
-    PoseJump,
-    /// The covariance has grown too large without corrections.
-    #[error("the scans have not constrained the pose for too long")]
-    HighUncertainty,
-    /// Several places of the map match the scan about as well.
-    #[error("several places of the map match the scan")]
-    Ambiguous,
-    /// Odometry moves, and the scans stay the same.
-    #[error("the robot does not move although its tracks do, or its lidar is frozen")]
-    NotMoving,
-    /// The pose was found and lost again at the same place several times.
-    #[error(
-        "the pose is found and lost again and again at the same place: check the mounting of the lidar, and the scale of the odometry"
-    )]
-    LostAgain,
-    /// Another place of the map matches much better.
-    #[error("another place of the map matches the scan much better")]
-    BetterElsewhere,
-    /// No pose was given at the start, or the scans have not confirmed the given one yet.
-    #[error("no pose was given at the start, or the scans have not confirmed it yet")]
-    NoPose,
-    /// The robot moves farther than its odometry says, by more than slip or a worn track explain.
-    #[error(
-        "it moves more than 1.3 times as far as its odometry says: calibrate the base (`inbye base calibrate` finds ticks_per_m), or \
-         correct the scale of the odometry"
-    )]
-    OdometryScale,
-    /// The robot moves in another direction than its scans show.
-    #[error(
-        "it moves in another direction than its scans show: correct the yaw of the lidar's mounting on the robot"
-    )]
-    LidarTurned,
+words! {
+    /// Why localisation is lost.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, thiserror::Error)]
+    #[non_exhaustive]
+    pub enum LostReason {
+        /// The lidar has too few returns where the map shows surfaces.
+        #[error("the lidar has no returns where the map shows walls")]
+        NoReturns = "no_returns",
+        /// Too many beams pass through mapped obstacles.
+        #[error("lidar beams pass through walls of the map")]
+        BeamsThroughWalls = "beams_through_walls",
+        /// Too few beams end on mapped surfaces.
+        #[error("the scan does not match the map")]
+        PoorMatch = "poor_match",
+        /// The best match is farther away than the robot can have driven.
+        #[error("the best match is farther away than the robot can have driven")]
+        PoseJump = "pose_jump",
+        /// The covariance has grown too large without corrections.
+        #[error("the scans have not constrained the pose for too long")]
+        HighUncertainty = "high_uncertainty",
+        /// Several places of the map match the scan about as well.
+        #[error("several places of the map match the scan")]
+        Ambiguous = "ambiguous",
+        /// Odometry moves, and the scans stay the same.
+        #[error("the robot does not move although its tracks do, or its lidar is frozen")]
+        NotMoving = "not_moving",
+        /// The pose was found and lost again at the same place several times.
+        #[error(
+            "the pose is found and lost again and again at the same place: check the mounting of the lidar, and the scale of the odometry"
+        )]
+        LostAgain = "lost_again",
+        /// Another place of the map matches much better.
+        #[error("another place of the map matches the scan much better")]
+        BetterElsewhere = "better_elsewhere",
+        /// No pose was given at the start, or the scans have not confirmed the given one yet.
+        #[error("no pose was given at the start, or the scans have not confirmed it yet")]
+        NoPose = "no_pose",
+        /// The robot moves farther than its odometry says, by more than slip or a worn track explain.
+        #[error(
+            "it moves more than 1.3 times as far as its odometry says: calibrate the base (`inbye base calibrate` finds ticks_per_m), or \
+             correct the scale of the odometry"
+        )]
+        OdometryScale = "odometry_scale",
+        /// The robot moves in another direction than its scans show.
+        #[error(
+            "it moves in another direction than its scans show: correct the yaw of the lidar's mounting on the robot"
+        )]
+        LidarTurned = "lidar_turned",
+    }
 }
 
 /// Reliability of the pose.

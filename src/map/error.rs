@@ -124,6 +124,24 @@ pub enum MapError {
         /// The value found.
         resolution_m: f64,
     },
+    /// Another number of cells than those of the frame.
+    #[error("it has {found} cells, but {width} columns and {height} rows")]
+    WrongCellCount {
+        /// Number of cells.
+        found: usize,
+        /// Columns.
+        width: i32,
+        /// Rows.
+        height: i32,
+    },
+    /// A cell of an occupancy grid out of range.
+    #[error("cell {index} is {value}: it must be 0 to 100, or -1 for unknown")]
+    BadCell {
+        /// Its index, row-major from zero with the lowest row first.
+        index: usize,
+        /// The value found.
+        value: i8,
+    },
     /// A grid origin that is not finite.
     #[error("origin is [{x}, {y}, {yaw}]: all three must be finite")]
     BadOrigin {

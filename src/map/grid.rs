@@ -32,6 +32,12 @@ impl Cell {
     pub fn center(self) -> Point {
         Point::new(f64::from(self.column) + 0.5, f64::from(self.row) + 0.5)
     }
+
+    /// The cell and the eight around it. They may lie outside a grid.
+    pub(crate) fn with_neighbours(self) -> impl Iterator<Item = Self> {
+        let row = move |up| (-1..=1).map(move |right| (right, up));
+        (-1..=1).flat_map(row).map(move |(right, up)| Self::new(self.column + right, self.row + up))
+    }
 }
 
 /// Size and pose of a grid. Two grids may be combined if their frames are equal.
@@ -315,6 +321,22 @@ pub const UNKNOWN: i8 = -1;
 pub const OCCUPIED_THRESHOLD: i8 = 65;
 
 impl OccupancyGrid {
+    /// Creates a grid from cells of unknown origin, row-major with the lowest row first.
+    ///
+    /// # Errors
+    /// Returns an error if the number of cells differs from the frame's, or a cell is neither [`UNKNOWN`] nor 0 to 100 percent.
+    pub fn from_cells(frame: GridFrame, cells: Vec<i8>) -> Result<Self, MapError> {
+        if cells.len() != frame.len() {
+            let GridFrame { width, height, .. } = frame;
+            return Err(MapError::WrongCellCount { found: cells.len(), width, height });
+        }
+        let is_bad = |value: &i8| *value != UNKNOWN && !(0..=100).contains(value);
+        if let Some(index) = cells.iter().position(is_bad) {
+            return Err(MapError::BadCell { index, value: cells[index] });
+        }
+        Ok(Self::new(frame, cells))
+    }
+
     /// Creates a grid from cells in image order, highest row first.
     pub(super) fn from_top_down(frame: GridFrame, cells: &[i8]) -> Self {
         let lowest_first = cells.chunks_exact(frame.width as usize).rev();

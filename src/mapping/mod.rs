@@ -24,7 +24,7 @@ pub use render::{MAP_RESOLUTION_M, render};
 use crate::geometry::Pose;
 use crate::lidar_log::LidarLog;
 use crate::map::{MAX_GRID_SIDE, MapError, OccupancyGrid};
-use render::{USED_RANGE_M, frame, shows_nothing};
+use render::{MAPPED_RANGE_M, frame, shows_nothing};
 
 /// A map from a log, with the poses that it rests on.
 #[derive(Clone, Debug)]
@@ -93,7 +93,7 @@ pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, M
 /// Returns an error if no reading is: most likely the ranges are not in metres.
 pub fn check_ranges(scans: &[LogScan]) -> Result<(), MappingError> {
     if scans.iter().all(|scan| shows_nothing(&scan.scan)) {
-        return Err(MappingError::NoReading { range_m: USED_RANGE_M });
+        return Err(MappingError::NoReading { range_m: MAPPED_RANGE_M });
     }
     Ok(())
 }

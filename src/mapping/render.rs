@@ -7,8 +7,8 @@ use crate::map::{GridFrame, GridRay, MapError, OccupancyGrid, UNKNOWN};
 /// Side of a cell, metres.
 pub const MAP_RESOLUTION_M: f64 = 0.05;
 
-/// Beams are used up to this range, metres: farther beams are far apart from each other.
-pub(super) const USED_RANGE_M: f64 = 25.0;
+/// Beams up to this range draw the map, metres: farther beams are far apart from each other.
+pub(super) const MAPPED_RANGE_M: f64 = 25.0;
 
 /// A cell is occupied if at least this fraction of the beams that reach it end in it. GMapping takes 0.25; higher values cut holes
 /// into walls that are seen at small angles.
@@ -61,9 +61,9 @@ pub fn render<'a>(
 }
 
 /// The used beams in the map frame: start and end.
-fn used<'a>(pose: &Pose, scan: &'a DeskewedScan) -> impl Iterator<Item = (Point, Point)> + 'a {
+fn used<'a>(pose: &Pose, scan: &'a DeskewedScan) -> impl Iterator<Item = (Point, Point)> + use<'a> {
     let pose = *pose;
-    let near = |(from, end): &(Point, Point)| (*end - *from).norm() <= USED_RANGE_M;
+    let near = |(from, end): &(Point, Point)| (*end - *from).norm() <= MAPPED_RANGE_M;
     let hits = scan.hits.iter().map(|hit| (hit.from, hit.end)).filter(near);
     hits.map(move |(from, end)| (pose.transform(&from), pose.transform(&end)))
 }
@@ -77,23 +77,16 @@ pub(super) fn shows_nothing(scan: &DeskewedScan) -> bool {
 pub(super) fn frame<'a>(
     scans: impl Iterator<Item = (Pose, &'a DeskewedScan)>,
 ) -> Result<GridFrame, MapError> {
-    let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-    for (pose, scan) in scans {
-        for point in used(&pose, scan).flat_map(|(from, end)| [from, end]) {
-            for (axis, at) in [point.x, point.y].into_iter().enumerate() {
-                low[axis] = low[axis].min(at);
-                high[axis] = high[axis].max(at);
-            }
-        }
-    }
-    if low[0] > high[0] {
+    let beams = scans.flat_map(|(pose, scan)| used(&pose, scan));
+    let Some([low, high]) = Point::bounds(beams.flat_map(|(from, end)| [from, end])) else {
         return GridFrame::new(1, 1, MAP_RESOLUTION_M, Pose::default());
-    }
-    let corner = low.map(|at| ((at - MARGIN_M) / MAP_RESOLUTION_M).floor() * MAP_RESOLUTION_M);
-    let side = |axis: usize| {
-        ((high[axis] + MARGIN_M - corner[axis]) / MAP_RESOLUTION_M).ceil().min(1e9) as i32
     };
-    GridFrame::new(side(0), side(1), MAP_RESOLUTION_M, Pose::new(corner[0], corner[1], 0.0))
+    let corner = |low: f64| ((low - MARGIN_M) / MAP_RESOLUTION_M).floor() * MAP_RESOLUTION_M;
+    let (left, bottom) = (corner(low.x), corner(low.y));
+    let side =
+        |from: f64, high: f64| ((high + MARGIN_M - from) / MAP_RESOLUTION_M).ceil().min(1e9) as i32;
+    let origin = Pose::new(left, bottom, 0.0);
+    GridFrame::new(side(left, high.x), side(bottom, high.y), MAP_RESOLUTION_M, origin)
 }
 
 fn add(counts: &mut [Counts], frame: &GridFrame, from: &Point, end: &Point) {

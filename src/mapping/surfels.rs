@@ -3,8 +3,8 @@
 use crate::geometry::{Point, Pose, Vector};
 use crate::localization::{DeskewedScan, DistanceSample, Hit, Surfaces};
 
-/// Returns up to this range are used, metres: farther beams are far apart from each other.
-pub(super) const USED_RANGE_M: f64 = 30.0;
+/// Returns up to this range are matched, metres: farther beams are far apart from each other.
+pub(super) const MATCHED_RANGE_M: f64 = 30.0;
 
 /// A beam end belongs to a surface if a neighbour of the scan is within this distance of it, metres, plus this fraction of its
 /// range.
@@ -44,7 +44,7 @@ pub(super) fn surfels(scan: &DeskewedScan) -> Vec<Surfel> {
     let mut surfels = Vec::with_capacity(hits.len());
     for (index, hit) in hits.iter().enumerate() {
         let range_m = range(hit);
-        if range_m > USED_RANGE_M {
+        if range_m > MATCHED_RANGE_M {
             continue;
         }
         let near_m = NEIGHBOUR_M + NEIGHBOUR_FRACTION * range_m;

@@ -1,7 +1,7 @@
 //! Runs a controller in place of the navigator's own behaviours: inputs, answers, and the check for the goal.
 
+use super::condition_timer::ConditionTimer;
 use super::controller::{Controller, ControllerError, ControllerInput, ControllerReply};
-use super::route::ConditionTimer;
 use super::state::State;
 use super::{Decision, Fault, Mode, Observation};
 use crate::geometry::wrap_angle;

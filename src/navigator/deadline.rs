@@ -11,9 +11,9 @@ use crate::robot::{Limits, TickTime};
 #[doc(hidden)]
 pub const COMMAND_LIFETIME_S: f64 = 0.3;
 
-/// This many misses lower the sampling density
+/// This many misses of the remembered decisions lower the sampling density: a single one may be the system's fault.
 const MISSES_TO_LOWER: u32 = 2;
-/// within this many decisions: a second at 10 Hz. A single miss may be the system's fault.
+/// Number of decisions of which the misses are remembered: a second at 10 Hz.
 const MISSES_REMEMBERED: u32 = 10;
 /// A decision within this share of its deadline has slack: the next level has at most four times the samples.
 const SLACK: f64 = 0.25;

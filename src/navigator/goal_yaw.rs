@@ -7,8 +7,9 @@ use super::{Goal, NavigatorSettings, ObstacleModel, RobotModel};
 use crate::geometry::{Point, Pose, Vector, wrap_angle};
 use crate::global::PlanError;
 
-/// Places on a circle around a goal that are tried, and the step between yaws, radians.
+/// Places on a circle around a goal that are tried.
 const PLACES: u32 = 16;
+/// Step between the yaws that are tried for a hint, radians.
 const YAW_STEP: f64 = PI / 36.0;
 
 /// Rejects a goal at which the body touches an obstacle of the map with the goal's yaw, anywhere within the goal's tolerances: the
@@ -55,16 +56,20 @@ fn check_yaw(
     {
         return Ok(());
     }
+    Err(PlanError::GoalOccupied { place, why: no_room(yaw, |yaw| fits_at(place, yaw)) })
+}
+
+/// Why the robot cannot be at a place with a yaw, with the nearest yaw that fits there, radians.
+pub(crate) fn no_room(yaw: f64, fits: impl Fn(f64) -> bool) -> String {
     let steps = (PI / YAW_STEP) as u32;
     let nearest = (1..=steps)
         .flat_map(|step| [1.0, -1.0].map(|side| yaw + side * f64::from(step) * YAW_STEP))
-        .find(|yaw| fits_at(place, *yaw));
+        .find(|yaw| fits(*yaw));
     let hint = nearest.map_or_else(
         || "no yaw fits there".to_owned(),
         |yaw| format!("the nearest yaw that fits is {:.2}", wrap_angle(yaw)),
     );
-    let why = format!("has no room for the robot with yaw {yaw:.2}: {hint}");
-    Err(PlanError::GoalOccupied { place, why })
+    format!("has no room for the robot with yaw {yaw:.2}: {hint}")
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 mod async_planner;
 mod base_response;
 mod behaviours;
+mod condition_timer;
 mod controller;
 mod controller_host;
 mod deadline;
@@ -47,6 +48,7 @@ mod tracker;
 mod turn_safety;
 mod visible_space;
 mod waypoints;
+mod zoned_map;
 
 pub use controller::{Controller, ControllerError, ControllerInput, ControllerReply};
 pub use deadline::{COMMAND_LIFETIME_S, DeadlineStats};
@@ -64,7 +66,10 @@ pub use settings::{NavigatorFeatures, NavigatorSettings};
 pub use speed_limits::limits_in_zones;
 pub use state::RobotModel;
 pub use waypoints::{Goal, Waypoints};
+pub use zoned_map::ZonedMap;
 
+#[cfg(feature = "sim")]
+pub(crate) use goal_yaw::no_room;
 pub(crate) use route::Route;
 #[cfg(feature = "experiment")]
 pub(crate) use scan_visibility::measures_beyond;

@@ -145,8 +145,8 @@ pub enum ObservationFault {
 
 /// Serializes as a string, so that it may be the key of an object.
 impl Serialize for ObservationFault {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(match self {
+    fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
+        let name = match self {
             Self::NotFinite => "not_finite",
             Self::TooFast => "too_fast",
             Self::ClockJump => "clock_jump",
@@ -157,22 +157,13 @@ impl Serialize for ObservationFault {
             Self::LidarBlind => "lidar_blind",
             Self::LidarPartlyBlind => "lidar_partly_blind",
             Self::LidarFouled => "lidar_fouled",
-            Self::Lost(LostReason::NoReturns) => "lost_no_returns",
-            Self::Lost(LostReason::BeamsThroughWalls) => "lost_beams_through_walls",
-            Self::Lost(LostReason::PoorMatch) => "lost_poor_match",
-            Self::Lost(LostReason::PoseJump) => "lost_pose_jump",
-            Self::Lost(LostReason::HighUncertainty) => "lost_high_uncertainty",
-            Self::Lost(LostReason::Ambiguous) => "lost_ambiguous",
-            Self::Lost(LostReason::NotMoving) => "lost_not_moving",
-            Self::Lost(LostReason::LostAgain) => "lost_again",
-            Self::Lost(LostReason::BetterElsewhere) => "lost_better_elsewhere",
-            Self::Lost(LostReason::NoPose) => "lost_no_pose",
-            Self::Lost(LostReason::OdometryScale) => "lost_odometry_scale",
-            Self::Lost(LostReason::LidarTurned) => "lost_lidar_turned",
+            Self::Lost(LostReason::LostAgain) => LostReason::LostAgain.name(),
+            Self::Lost(reason) => return out.collect_str(&format_args!("lost_{}", reason.name())),
             Self::PoseJump => "pose_jump",
             Self::PoseFrozen => "pose_frozen",
             Self::MotionReversed => "motion_reversed",
-        })
+        };
+        out.serialize_str(name)
     }
 }
 

@@ -364,7 +364,7 @@ impl LocalMap {
         let settled =
             |cell: Cell| self.mark_of(cell).is_some_and(|mark| time_s - mark.first_s > SETTLED_S);
         // Its own cell first: it is the most likely one.
-        if settled(cell) || neighbours(cell).any(settled) {
+        if settled(cell) || cell.with_neighbours().any(settled) {
             ReturnOrigin::Settled
         } else {
             ReturnOrigin::New
@@ -488,13 +488,6 @@ impl LocalMap {
         let cell = self.known.frame().cell_at(mark.index as usize);
         mark.evidence == 1
             && mark.first_s == mark.last_s
-            && neighbours(cell).all(|next| self.mark_of(next).is_none())
+            && cell.with_neighbours().all(|next| next == cell || self.mark_of(next).is_none())
     }
-}
-
-/// The eight neighbours of a cell.
-fn neighbours(Cell { column, row }: Cell) -> impl Iterator<Item = Cell> {
-    const AROUND: [(i32, i32); 8] =
-        [(-1, -1), (0, -1), (1, -1), (-1, 0), (1, 0), (-1, 1), (0, 1), (1, 1)];
-    AROUND.into_iter().map(move |(right, up)| Cell::new(column + right, row + up))
 }

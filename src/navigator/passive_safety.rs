@@ -4,7 +4,7 @@
 //! obstacle can reach a part of its outline that its own motion moves outward (Macek, Vasquez, Fraichard, Siegwart: Towards safe
 //! vehicle navigation in dynamic urban scenarios, 2009). This prevents no contact with another part, or with a standing robot.
 
-use super::state::{MAX_BRAKING_STEPS, PredictedState};
+use super::state::PredictedState;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};
@@ -88,16 +88,12 @@ impl PassiveSafety<'_> {
             }
         }
         let mut time_s = reaction_s;
-        for _ in 0..MAX_BRAKING_STEPS {
-            if twist == Twist::STOP {
-                return true;
-            }
-            let before = twist;
-            (pose, twist) = self.limits.advance_braking(&pose, &twist, STEP_S);
+        for (pose, then) in self.limits.braking(pose, twist, STEP_S).skip(1) {
             time_s += STEP_S;
-            if !is_safe_at(&pose, &before, time_s) {
+            if !is_safe_at(&pose, &twist, time_s) {
                 return false;
             }
+            twist = then;
         }
         twist == Twist::STOP
     }

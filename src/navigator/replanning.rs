@@ -3,8 +3,8 @@
 use core::f64::consts::SQRT_2;
 
 use super::async_planner::{AsyncPlanner, PlanRequest};
+use super::condition_timer::ConditionTimer;
 use super::no_path::NoPath;
-use super::route::ConditionTimer;
 use super::state::State;
 use super::{Fault, GlobalPlanner, Mode, ObstacleModel};
 use crate::geometry::{Point, Pose};

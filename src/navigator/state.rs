@@ -18,8 +18,6 @@ use crate::robot::{Footprint, Limits, TickTime};
 const MAX_LINE_M: f64 = 1000.0;
 /// Distance between two checked points of a straight line, metres.
 const LINE_STEP_M: f64 = 0.1;
-/// Most steps in which a predicted robot brakes to a standstill: one that takes longer counts as not safe.
-pub(super) const MAX_BRAKING_STEPS: u32 = 1000;
 
 /// The lidar must see this far in the direction of motion, metres, as far as a robot gets there within a time, seconds.
 const PROBED_M: f64 = 0.15;
@@ -318,16 +316,14 @@ impl<'a> State<'a> {
         {
             return false;
         }
-        let (mut pose, mut twist) =
-            limits.advance(&self.now.pose, &self.now.twist, wanted, period_s);
-        for _ in 0..MAX_BRAKING_STEPS {
+        let (pose, twist) = limits.advance(&self.now.pose, &self.now.twist, wanted, period_s);
+        for (pose, twist) in limits.braking(pose, twist, period_s) {
             if !self.visible.is_path_visible(footprint, &self.visible.pose, &pose) {
                 return false;
             }
             if twist == Twist::STOP {
                 return true;
             }
-            (pose, twist) = limits.advance_braking(&pose, &twist, period_s);
         }
         false
     }

@@ -90,20 +90,15 @@ impl DriveMetadata {
         config.validate()?;
         let GridFrame { width, height, resolution_m, origin } = drive.map;
         let frame = GridFrame::new(width, height, resolution_m, origin)?;
-        for cells in [Some(&cells), zones.as_ref()].into_iter().flatten() {
-            if cells.len() != frame.len() {
-                let reason = format!("{} cells of {width} x {height}", cells.len());
-                return Err(RecordingError::BadMetadata { name: DRIVE, reason });
-            }
-        }
+        let grid = |cells| OccupancyGrid::from_cells(frame, cells);
         Ok(Self {
             config,
             waypoints: Waypoints {
                 start: drive.start,
                 goals: drive.stops.iter().map(Stop::goal).collect(),
             },
-            map: Arc::new(OccupancyGrid::new(frame, cells)),
-            zones: zones.map(|cells| Arc::new(Zones::from_grid(&OccupancyGrid::new(frame, cells)))),
+            map: Arc::new(grid(cells)?),
+            zones: zones.map(grid).transpose()?.map(|zones| Arc::new(Zones::from_grid(&zones))),
             engine: drive.engine,
             controller: drive.controller,
         })

@@ -128,12 +128,9 @@ impl<R: Read + Seek> Reader<R> {
     /// The map of a message; it has the frame of the first map, which the message has only in single precision.
     fn map_of(&self, message: &[u8]) -> Result<OccupancyGrid, RecordingError> {
         let frame = *self.metadata.map.frame();
-        let cells = cells("an updated map", message)?;
-        if cells.len() != frame.len() {
-            let reason = "an updated map has another size than the map".to_owned();
-            return Err(RecordingError::Damaged { ticks: self.ticks, reason });
-        }
-        Ok(OccupancyGrid::new(frame, cells))
+        let grid = OccupancyGrid::from_cells(frame, cells("an updated map", message)?);
+        let ticks = self.ticks;
+        grid.map_err(|error| RecordingError::Damaged { ticks, reason: error.to_string() })
     }
 
     fn tick(&mut self, message: &[u8]) -> Result<RecordedTick, RecordingError> {

@@ -32,22 +32,6 @@ pub struct RecordedTick {
     pub awaits_operator: bool,
 }
 
-/// The reasons in the order of their numbers in the message, from one.
-const LOST_REASONS: [LostReason; 12] = [
-    LostReason::NoReturns,
-    LostReason::BeamsThroughWalls,
-    LostReason::PoorMatch,
-    LostReason::PoseJump,
-    LostReason::HighUncertainty,
-    LostReason::Ambiguous,
-    LostReason::NotMoving,
-    LostReason::LostAgain,
-    LostReason::BetterElsewhere,
-    LostReason::NoPose,
-    LostReason::OdometryScale,
-    LostReason::LidarTurned,
-];
-
 #[expect(
     clippy::struct_field_names,
     reason = "the number of a tick has its name in the message definition"
@@ -148,19 +132,13 @@ pub fn schema() -> String {
         let _ = writeln!(text, "uint8 {}={}", mode.name().to_uppercase(), mode as u8);
     }
     text += "uint8 LOCALIZED=0\n";
-    for reason in LOST_REASONS {
-        let _ = writeln!(text, "uint8 {}={}", constant_name(reason), reason as u8 + 1);
+    for reason in LostReason::ALL {
+        let _ = writeln!(text, "uint8 {}={}", reason.name().to_uppercase(), reason as u8 + 1);
     }
     for (number, kind) in KINDS.into_iter().enumerate() {
         let _ = writeln!(text, "uint8 {kind}={number}");
     }
     text + &message::Tick::schema()
-}
-
-/// The name of a reason's constant: `NoReturns` is `NO_RETURNS`.
-fn constant_name(reason: LostReason) -> String {
-    let name = serde_json::to_value(reason).unwrap_or_default();
-    name.as_str().unwrap_or_default().to_uppercase()
 }
 
 impl RecordedTick {
@@ -223,7 +201,7 @@ impl RecordedTick {
         let mode = *Mode::ALL.get(usize::from(message.mode))?;
         let lost = match message.lost {
             0 => None,
-            number => Some(*LOST_REASONS.get(usize::from(number) - 1)?),
+            number => Some(*LostReason::ALL.get(usize::from(number) - 1)?),
         };
         let counts = Counts {
             admissible: message.admissible,
@@ -281,7 +259,7 @@ mod tests {
         for (index, mode) in Mode::ALL.into_iter().enumerate() {
             assert_eq!(mode as usize, index);
         }
-        for (index, reason) in LOST_REASONS.into_iter().enumerate() {
+        for (index, reason) in LostReason::ALL.into_iter().enumerate() {
             assert_eq!(reason as usize, index);
         }
         let schema = schema();

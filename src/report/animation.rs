@@ -17,7 +17,7 @@ use super::player::PlaybackRecorder;
 use super::player::playback_recorder::{Frame, MIN_SCORE, NO_RETURN, Window};
 use super::png::{PngError, draw_svg};
 use crate::geometry::{Point, Twist, Vector};
-use crate::map::{OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
+use crate::map::{GridFrame, OCCUPIED_THRESHOLD, OccupancyGrid, UNKNOWN};
 use crate::robot::Polygon;
 
 /// Size of the picture, pixels.
@@ -129,8 +129,7 @@ struct Scene<'a> {
     speed_up: f64,
     /// The whole map with the first path.
     map: Pixmap,
-    /// Pixels of the small map for each metre.
-    map_scale: f64,
+    map_view: View,
 }
 
 impl<'a> Scene<'a> {
@@ -140,18 +139,13 @@ impl<'a> Scene<'a> {
         speed_up: f64,
     ) -> Result<Self, AnimationError> {
         let grid = &mission.mission.map;
-        let frame = grid.frame();
-        let longer = f64::from(frame.width.max(frame.height));
-        let map_scale = f64::from(MAP_PX) / (longer * frame.resolution_m);
-        let side =
-            |cells: i32| (f64::from(cells) / longer * f64::from(MAP_PX)).ceil().max(1.0) as u32;
-        let mut map = new_pixmap(side(frame.width), side(frame.height))?;
-        let view = View::of_map(grid, map_scale, map.height());
-        view.fill_cells(grid, &mut map);
+        let (map_view, [width_px, height_px]) = View::of_map(grid.frame());
+        let mut map = new_pixmap(width_px, height_px)?;
+        map_view.fill_cells(grid, &mut map);
         if let Some(path) = mission.result.trace.paths.first() {
-            view.line(&mut map, path, PATH, 2.0, 1.0);
+            map_view.line(&mut map, path, PATH, 2.0, 1.0);
         }
-        Ok(Self { mission, frames: &playback.frames, speed_up, map, map_scale })
+        Ok(Self { mission, frames: &playback.frames, speed_up, map, map_view })
     }
 
     /// Draws a frame of the playback.
@@ -209,8 +203,7 @@ impl<'a> Scene<'a> {
             Transform::identity(),
             None,
         );
-        let view = View::of_map(&self.mission.mission.map, self.map_scale, self.map.height());
-        let [x, y] = view.at(robot);
+        let [x, y] = self.map_view.at(robot);
         let dot = PathBuilder::from_circle(x + left as f32, y + top as f32, 4.0);
         if let Some(dot) = dot {
             let (paint, identity) = (paint(ROBOT, 1.0), Transform::identity());
@@ -247,11 +240,16 @@ impl View {
         Self { top_left, scale }
     }
 
-    /// The whole map in a picture of a height.
-    fn of_map(grid: &OccupancyGrid, scale: f64, height_px: u32) -> Self {
-        let origin = grid.frame().origin.position();
-        let top_left = Point::new(origin.x, origin.y + f64::from(height_px) / scale);
-        Self { top_left, scale }
+    /// The whole map, and the width and height of its picture, pixels.
+    fn of_map(frame: &GridFrame) -> (Self, [u32; 2]) {
+        let [low, high] = Point::bounds(frame.corners()).unwrap_or_default();
+        let size = high - low;
+        let longer_m = size.x.max(size.y);
+        // A rounding error of a corner adds no pixel.
+        let pixels = |side_m: f64| (side_m / longer_m * f64::from(MAP_PX) - 1e-6).ceil().max(1.0);
+        let (scale, height_px) = (f64::from(MAP_PX) / longer_m, pixels(size.y));
+        let top_left = Point::new(low.x, low.y + height_px / scale);
+        (Self { top_left, scale }, [pixels(size.x) as u32, height_px as u32])
     }
 
     /// The pixel of a point.
@@ -396,4 +394,25 @@ fn paint([red, green, blue]: [u8; 3], opacity: f32) -> Paint<'static> {
 
 fn new_pixmap(width_px: u32, height_px: u32) -> Result<Pixmap, PngError> {
     Pixmap::new(width_px, height_px).ok_or_else(|| PngError::too_large(width_px, height_px))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+
+    #[test]
+    fn small_map_shows_the_whole_of_a_turned_map() {
+        for yaw in [0.0, 1.57, 0.5, -2.0] {
+            let frame = GridFrame::new(60, 20, 0.1, Pose::new(3.0, -2.0, yaw)).expect("a size");
+            let (view, [width_px, height_px]) = View::of_map(&frame);
+            assert_eq!(width_px.max(height_px), MAP_PX, "{yaw}");
+            for corner in frame.corners() {
+                let [x, y] = view.at(&corner);
+                let is_shown = (-0.1..=width_px as f32 + 0.1).contains(&x)
+                    && (-0.1..=height_px as f32 + 0.1).contains(&y);
+                assert!(is_shown, "{yaw}: {x} {y} of {width_px} x {height_px}");
+            }
+        }
+    }
 }

@@ -1,10 +1,15 @@
 //! Speed and acceleration limits, named as in Nav2.
 
+use core::iter::successors;
+
 use serde::{Deserialize, Serialize};
 
 use super::TickTime;
 use crate::geometry::{Pose, Twist};
 use crate::settings::settings;
+
+/// Most steps in which a predicted robot brakes to a standstill: one that takes longer counts as not safe.
+const MAX_BRAKING_STEPS: usize = 1000;
 
 settings! {
     /// Limits of the base. Names and signs follow Nav2's DWB: decelerations are negative.
@@ -104,9 +109,18 @@ impl Limits {
         (pose.after(&twist.mean(&then), time_s), then)
     }
 
-    /// Pose and twist after a time, seconds, of braking as in [`Self::brake`].
-    pub(crate) fn advance_braking(&self, pose: &Pose, twist: &Twist, time_s: f64) -> (Pose, Twist) {
-        let then = self.brake(twist, time_s);
-        (pose.after(&twist.mean(&then), time_s), then)
+    /// The poses and twists of a robot that brakes as in [`Self::brake`] until it stands, from the present ones on, at intervals of
+    /// a time, seconds. A robot that takes very long never stands.
+    pub(crate) fn braking(
+        &self,
+        pose: Pose,
+        twist: Twist,
+        step_s: f64,
+    ) -> impl Iterator<Item = (Pose, Twist)> {
+        let next = move |(pose, twist): &(Pose, Twist)| {
+            let then = self.brake(twist, step_s);
+            (*twist != Twist::STOP).then(|| (pose.after(&twist.mean(&then), step_s), then))
+        };
+        successors(Some((pose, twist)), next).take(MAX_BRAKING_STEPS + 1)
     }
 }

@@ -9,13 +9,14 @@ use super::{PlantRanges, SimulationSettings};
 
 use crate::base::{CollisionMonitorSettings, ProtectiveLayer};
 use crate::external::{ProcessController, ProcessPlanner, ProgramSettings};
+use crate::geometry::{Point, Pose, Twist};
 use crate::global;
-use crate::local::{Engine, LocalPlanner, LocalSettings, MAX_DISCS};
+use crate::local::{DecisionInput, Engine, LocalPlanner, LocalSettings, MAX_DISCS, ProblemError};
 use crate::localization::LocalizationSettings;
 use crate::map::UnknownPolicy;
 use crate::navigator::{
     Controller, Fault, GlobalPlanner, NavigationMap, Navigator, NavigatorSettings, PreparedMap,
-    RobotModel, RoutePlanner, Waypoints,
+    RobotModel, RoutePlanner, Waypoints, ZonedMap, limits_in_zones,
 };
 use crate::robot::{Footprint, Limits, Polygon, TrackedDrive};
 use crate::settings::{SettingError, choices, require, setting_schema, settings};
@@ -270,6 +271,35 @@ impl Config {
             self.navigator.deadline_s = Some(self.local.control_period_s);
         }
         self
+    }
+
+    /// The input of one decision of this robot on a map, with its velocity and its local target: without moving obstacles, with the
+    /// velocity as the last command and the target as the key node; every field can be changed afterwards. Where zones limit the
+    /// speed, the limits are lower, as a navigator has them there; a robot that is faster brakes.
+    ///
+    /// # Errors
+    /// The resolution of the map is out of range.
+    pub fn decision_input<'a>(
+        &'a self,
+        map: &'a ZonedMap,
+        pose: Pose,
+        twist: Twist,
+        target: Point,
+    ) -> Result<DecisionInput<'a>, ProblemError> {
+        let (limits, period_s) = (self.robot.limits, self.local.control_period_s);
+        let in_zones = |zones| limits_in_zones(&limits, zones, &pose, &twist, period_s);
+        Ok(DecisionInput {
+            field: map.field(self.unknown)?,
+            pose,
+            twist,
+            last_command: twist,
+            obstacles: &[],
+            target,
+            key_node: target,
+            limits: map.zones.as_deref().map_or(limits, in_zones),
+            footprint: &self.robot.footprint,
+            weights: self.local.weights,
+        })
     }
 
     /// Creates the planner of global paths for this robot, on maps of a resolution in metres.

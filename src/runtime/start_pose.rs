@@ -1,15 +1,11 @@
 //! Whether the robot's body fits where a mission starts.
 
-use core::f64::consts::PI;
-
 use super::ObstacleGap;
-use crate::geometry::{Point, Pose, wrap_angle};
+use crate::geometry::{Point, Pose};
 use crate::global::PlanError;
 use crate::map::{Cell, ObstacleGrid};
+use crate::navigator::no_room;
 use crate::robot::Footprint;
-
-/// Step between the yaws that are tried for a hint, radians.
-const YAW_STEP: f64 = PI / 36.0;
 
 /// Rejects a start at which the body touches an obstacle of the map: the mission would end with contact before the robot moves. The
 /// planner checks only the robot's position, without its yaw.
@@ -33,16 +29,7 @@ pub(crate) fn check_start(
     if fits(start.yaw) {
         return Ok(());
     }
-    let steps = (PI / YAW_STEP) as u32;
-    let nearest = (1..=steps)
-        .flat_map(|step| [1.0, -1.0].map(|side| start.yaw + side * f64::from(step) * YAW_STEP))
-        .find(|yaw| fits(*yaw));
-    let hint = nearest.map_or_else(
-        || "no yaw fits there".to_owned(),
-        |yaw| format!("the nearest yaw that fits is {:.2}", wrap_angle(yaw)),
-    );
-    let why = format!("has no room for the robot with yaw {:.2}: {hint}", start.yaw);
-    Err(PlanError::StartOccupied { place, why })
+    Err(PlanError::StartOccupied { place, why: no_room(start.yaw, fits) })
 }
 
 /// Whether no obstacle touches the square around a place, this far to each side along the axes of the grid, metres.

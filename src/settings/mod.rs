@@ -211,17 +211,32 @@ impl<T: Setting> Setting for Vec<T> {
     fn schema() -> Value {
         json!({ "type": "array", "items": T::schema() })
     }
+
+    fn check_table(&self) -> Result<(), SettingError> {
+        self.iter().enumerate().try_for_each(|(index, value)| {
+            value.check_table().map_err(|error| error.in_table(&index.to_string()))
+        })
+    }
 }
 
 impl<T: Setting> Setting for BTreeMap<String, T> {
     fn schema() -> Value {
         json!({ "type": "object", "additionalProperties": T::schema() })
     }
+
+    fn check_table(&self) -> Result<(), SettingError> {
+        self.iter()
+            .try_for_each(|(key, value)| value.check_table().map_err(|error| error.in_table(key)))
+    }
 }
 
 impl<T: Setting> Setting for Option<T> {
     fn schema() -> Value {
         T::schema()
+    }
+
+    fn check_table(&self) -> Result<(), SettingError> {
+        self.as_ref().map_or(Ok(()), Setting::check_table)
     }
 
     fn check(&self, name: &'static str, range: &Range) -> Result<(), SettingError> {

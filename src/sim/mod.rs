@@ -39,9 +39,7 @@ pub use lidar::{LidarReturn, RotatingLidar};
 pub use moving_obstacle::{MovingObstacle, SpawnTrigger};
 pub(crate) use moving_obstacles::YIELD_TIMEOUT_S;
 pub use moving_obstacles::{MovingObstacles, YIELD_GAP_M};
-pub use pedestrian_spawner::PedestrianSpawner;
-#[cfg(feature = "experiment")]
-pub(crate) use pedestrian_spawner::first_path;
+pub use pedestrian_spawner::{PedestrianSpawner, first_path};
 pub use plant::draw_plant;
 #[cfg(feature = "experiment")]
 pub(crate) use route_sampler::is_in_sight;

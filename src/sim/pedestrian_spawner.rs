@@ -120,7 +120,10 @@ impl PedestrianSpawner {
 }
 
 /// The path that the robot of a mission plans first, on the way to its goal.
-pub(crate) fn first_path(mission: &Mission, config: &Config) -> Result<Path, SimError> {
+///
+/// # Errors
+/// No path leads to the goal.
+pub fn first_path(mission: &Mission, config: &Config) -> Result<Path, SimError> {
     let closed = mission.navigation_map(config.unknown).closed();
     let (start, goal) = (mission.start.position(), mission.goal.position);
     let mut planner = config.route_planner(closed.frame().resolution_m);

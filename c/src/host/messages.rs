@@ -50,7 +50,7 @@ pub struct Scan {
     pub angle_min: f64,
     pub angle_increment: f64,
     pub range_max: f64,
-    /// No measurement is null; nothing within range is more than the longest range.
+    /// No measurement is null; nothing within range is the longest range.
     pub ranges: Vec<Option<f64>>,
 }
 

@@ -205,7 +205,7 @@ class Engine:
     """Evaluates problems on the CPU or on a GPU, with the same bits."""
 
     def __new__(cls, name: str = "auto", *, threads: int = 1) -> Engine:
-        """Open "auto", "cpu", "gpu" or "gpu:NAME"."""
+        """Open "auto", "cpu", "gpu" or "gpu:NAME", with up to 1024 threads; 0 counts as 1."""
     @property
     def name(self) -> str:
         """The processor."""

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::BarnWorld;
-use crate::geometry::{Point, Pose};
+use crate::geometry::{Point, Pose, Vector};
 use crate::map::{GridFrame, MapError, ObstacleGrid, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::runtime::Mission;
@@ -118,13 +118,11 @@ fn frame(
 ) -> Result<GridFrame, MapError> {
     let ends = [course.start.position(), course.goal].map(|end| (end, 0.0));
     let discs = cylinders.iter().map(|it| (it.axis(), it.radius_m));
-    let mut low = Point::new(f64::INFINITY, f64::INFINITY);
-    let mut high = Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
-    for (center, radius_m) in discs.chain(ends) {
-        let reach = radius_m + MARGIN_M;
-        low = Point::new(low.x.min(center.x - reach), low.y.min(center.y - reach));
-        high = Point::new(high.x.max(center.x + reach), high.y.max(center.y + reach));
-    }
+    let corners = discs.chain(ends).flat_map(|(center, radius_m)| {
+        let reach = Vector::new(radius_m + MARGIN_M, radius_m + MARGIN_M);
+        [center - reach, center + reach]
+    });
+    let [low, high] = Point::bounds(corners).unwrap_or_default();
     let cells = |from: f64, to: f64| ((to - from) / resolution_m).ceil() as i32;
     GridFrame::new(
         cells(low.x, high.x),

@@ -109,11 +109,7 @@ impl ContactAttribution<'_> {
                 return false;
             }
             let next = self.limits.reachable(&twist, command, STEP_S);
-            let mean = Twist::new(
-                f64::midpoint(twist.linear, next.linear),
-                f64::midpoint(twist.angular, next.angular),
-            );
-            pose = advance(&pose, &mean);
+            pose = advance(&pose, &twist.mean(&next));
             twist = next;
         }
         true

@@ -232,12 +232,7 @@ impl DynaBarnWorld {
 fn empty_map(world: &DynaBarnWorld) -> Result<OccupancyGrid, MapError> {
     let ends = [world.start.position(), world.goal];
     let keys = world.cylinders.iter().flat_map(|it| it.script.keys());
-    let mut low = Point::new(f64::INFINITY, f64::INFINITY);
-    let mut high = Point::new(f64::NEG_INFINITY, f64::NEG_INFINITY);
-    for place in keys.map(|key| key.1).chain(ends) {
-        low = low.min(&place);
-        high = high.max(&place);
-    }
+    let [low, high] = Point::bounds(keys.map(|key| key.1).chain(ends)).unwrap_or_default();
     let cells = |from: f64, to: f64| ((to - from + 2.0 * MARGIN_M) / RESOLUTION_M).ceil() as i32;
     let frame = GridFrame::new(
         cells(low.x, high.x),

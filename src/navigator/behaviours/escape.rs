@@ -5,8 +5,8 @@
 //! robot is already, by the exact distance to every occupied cell nearby. The robot moves slowly, to more clearance and back
 //! towards where it came from.
 
+use super::super::condition_timer::ConditionTimer;
 use super::super::exact_clearance::ExactClearance;
-use super::super::route::ConditionTimer;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal, forward_escape};

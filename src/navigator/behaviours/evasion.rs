@@ -4,7 +4,7 @@
 //! be hit where it is chooses the motion with the greatest distance to all moving obstacles for some seconds, wherever
 //! that leads.
 
-use super::super::state::{MAX_BRAKING_STEPS, State};
+use super::super::state::State;
 use super::super::{Decision, Mode};
 use super::Override;
 use crate::geometry::Twist;
@@ -72,17 +72,16 @@ fn safest_motion(state: &State<'_>) -> Option<Twist> {
 /// Whether a robot that starts towards a velocity, and brakes from the next decision on, touches nothing static.
 fn can_stop_clear(state: &State<'_>, wanted: &Twist) -> bool {
     let limits = &state.robot.limits;
-    let (mut pose, mut twist) = limits.advance(&state.now.pose, &state.now.twist, wanted, STEP_S);
-    for _ in 0..MAX_BRAKING_STEPS {
+    let (pose, twist) = limits.advance(&state.now.pose, &state.now.twist, wanted, STEP_S);
+    for (pose, twist) in limits.braking(pose, twist, STEP_S) {
         if twist.linear == 0.0 {
             return true;
         }
         if !state.inflated.is_clear_of_static(state.field, &pose) {
             return false;
         }
-        (pose, twist) = limits.advance_braking(&pose, &twist, STEP_S);
     }
-    twist.linear == 0.0
+    false
 }
 
 /// The least distance to obstacles on a motion towards a velocity at the acceleration limits, metres; `None` where a static

@@ -2,9 +2,9 @@
 //!
 //! The dynamic window evaluates where a trajectory ends after seconds; to stand at a station the distance itself counts.
 
+use super::super::condition_timer::ConditionTimer;
 use super::super::exact_clearance::ExactClearance;
 use super::super::progress::spared_s;
-use super::super::route::ConditionTimer;
 use super::super::state::State;
 use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
 use super::parking::{AIM_FROM, Motion, Parking};
@@ -47,7 +47,7 @@ impl Behaviour for GoalHandling {
             // It evaded people, or the straight line to the goal is no longer clear.
             if self.parking.has_begun() {
                 let is_hurried = self.parking.is_hurried() || state.waits_for_people();
-                self.restart(self.was_blocked, is_hurried);
+                self.restart(is_hurried);
             }
             return Ok(None);
         }
@@ -110,7 +110,8 @@ impl Behaviour for GoalHandling {
         let is_clear = has_room && is_clear_of_moving(&command, state);
         let blocked_s = self.blocked.update(now.time_s, !is_clear && !is_within_xy);
         if blocked_s >= BLOCKED_S {
-            self.restart(true, self.parking.is_hurried());
+            self.was_blocked = true;
+            self.restart(self.parking.is_hurried());
             return Ok(None);
         }
         let standing = state.stand(Mode::Parking);
@@ -121,8 +122,9 @@ impl Behaviour for GoalHandling {
 
 impl GoalHandling {
     /// Begins to park again. A robot that people made leave its goal is hurried.
-    fn restart(&mut self, was_blocked: bool, is_hurried: bool) {
-        *self = Self { parking: Parking::new(is_hurried), was_blocked, ..Self::default() };
+    fn restart(&mut self, is_hurried: bool) {
+        let (parking, was_blocked) = (Parking::new(is_hurried), self.was_blocked);
+        *self = Self { parking, was_blocked, ..Self::default() };
     }
 
     /// Whether the robot is near enough to its goal to park, or parks and has not left it since.

@@ -6,7 +6,7 @@
 
 use core::f64::consts::{FRAC_PI_2, TAU};
 
-use super::super::route::ConditionTimer;
+use super::super::condition_timer::ConditionTimer;
 use super::super::{Goal, NavigatorSettings};
 use super::rotate_in_place::{RATE_PER_RAD, rotation};
 use crate::geometry::{Pose, Twist, wrap_angle};

@@ -1,11 +1,13 @@
 //! Clusters: consecutive returns of one object, and the disc that fits them.
 
+use core::ops::Range;
+
 use nalgebra::Matrix2;
 
 use super::super::scan_visibility::{Earlier, is_full_turn};
 use super::filter::Fit;
 use crate::geometry::{Point, Pose, Vector};
-use crate::map::Scan;
+use crate::map::{Scan, object_runs};
 
 /// A track that owns a return.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,36 +106,24 @@ pub(super) struct ScanReturns<'a> {
 }
 
 impl ScanReturns<'_> {
-    /// Finds the clusters, with memory for the runs of neighbours. A cluster that is too long for a disc is split where the
-    /// expected disc of a moving object ends.
-    pub fn find_clusters(&self, runs: &mut Vec<(usize, usize)>, found: &mut Vec<Cluster>) {
+    /// Finds the clusters. A cluster that is too long for a disc is split where the expected disc of a moving object ends.
+    pub fn find_clusters(&self, found: &mut Vec<Cluster>) {
         found.clear();
-        runs.clear();
-        for (index, next) in self.returns.iter().enumerate() {
-            if !next.is_candidate {
-                continue;
-            }
-            match runs.last_mut() {
-                Some((first, count))
-                    if *first + *count == index && self.belong_together(index - 1, index) =>
-                {
-                    *count += 1;
-                }
-                _ => runs.push((index, 1)),
-            }
-        }
-        self.join_at_seam(runs);
-        for &(first, count) in runs.iter() {
-            let whole = self.cluster(first, count);
+        let are_candidates =
+            |index: usize| self.at(index).is_candidate && self.at(index + 1).is_candidate;
+        let runs = self.runs(|index| are_candidates(index) && self.belongs_to_next(index));
+        for run in runs.filter(|run| self.at(run.start).is_candidate) {
+            let whole = self.cluster(run.start, run.len());
             if whole.length_m <= LONGEST_M {
                 found.push(whole);
                 continue;
             }
-            let owner = |step: usize| self.at(first + step).owner;
+            let owner = |step: usize| self.at(run.start + step).owner;
             let mut from = 0;
-            for step in 1..=count {
-                if step == count || owner(step) != owner(from) {
-                    found.push(self.cluster((first + from) % self.returns.len(), step - from));
+            for step in 1..=run.len() {
+                if step == run.len() || owner(step) != owner(from) {
+                    let first = (run.start + from) % self.returns.len();
+                    found.push(self.cluster(first, step - from));
                     from = step;
                 }
             }
@@ -142,27 +132,25 @@ impl ScanReturns<'_> {
 
     /// The objects that stand alone and are at most this wide, metres; settled marks too.
     pub fn narrow_objects(&self, widest_m: f64) -> Vec<NarrowObject> {
-        let mut found = Vec::new();
-        let mut first = 0;
-        for end in 1..=self.returns.len() {
-            if end < self.returns.len() && self.belong_together(end - 1, end) {
-                continue;
-            }
-            let object = &self.returns[first..end];
-            let (right, left) = (&object[0], &object[object.len() - 1]);
+        let narrow = |run: Range<usize>| {
+            let (right, left) = (self.at(run.start), self.at(run.end - 1));
             let is_alone = is_edge(self.scan, right, false) && is_edge(self.scan, left, true);
             let width_m = (left.point - right.point).norm();
-            if is_alone && width_m <= widest_m {
-                let Return { point: middle, range_m, .. } = object[object.len() / 2];
+            (is_alone && width_m <= widest_m).then(|| {
+                let count = run.len();
+                let &Return { point: middle, range_m, .. } = self.at(run.start + count / 2);
                 let lidar = self.pose.transform(&self.scan.origin);
                 let away = (middle - lidar) / range_m;
                 let center = middle + away * (width_m / 2.0);
-                let count = object.len();
-                found.push(NarrowObject { middle, center, range_m, width_m, count });
-            }
-            first = end;
-        }
-        found
+                NarrowObject { middle, center, range_m, width_m, count }
+            })
+        };
+        self.runs(|index| self.belongs_to_next(index)).filter_map(narrow).collect()
+    }
+
+    /// The runs of returns that belong together.
+    fn runs(&self, belongs_to_next: impl Fn(usize) -> bool) -> impl Iterator<Item = Range<usize>> {
+        object_runs(self.returns.len(), is_full_turn(self.scan), belongs_to_next)
     }
 
     /// The return at an index, which may continue at the beginning of the list.
@@ -170,22 +158,9 @@ impl ScanReturns<'_> {
         &self.returns[index % self.returns.len()]
     }
 
-    /// Joins the last run with the first one: in a full turn their beams are neighbours.
-    fn join_at_seam(&self, runs: &mut Vec<(usize, usize)>) {
-        let (Some(&(first, count)), Some(&(last, last_count))) = (runs.first(), runs.last()) else {
-            return;
-        };
-        let end = self.returns.len();
-        let spans_seam = first == 0 && last + last_count == end && runs.len() > 1;
-        if spans_seam && is_full_turn(self.scan) && self.belong_together(end - 1, 0) {
-            runs[0] = (last, last_count + count);
-            runs.pop();
-        }
-    }
-
     /// Whether a return and the next one belong to one object.
-    fn belong_together(&self, one: usize, next: usize) -> bool {
-        let (scan, one, next) = (self.scan, self.at(one), self.at(next));
+    fn belongs_to_next(&self, index: usize) -> bool {
+        let (scan, one, next) = (self.scan, self.at(index), self.at(index + 1));
         let beams = scan.ranges.len();
         let steps = (next.beam + beams - one.beam) % beams;
         if steps == 0 || steps > MAX_MISSING + 1 {
@@ -226,8 +201,8 @@ impl ScanReturns<'_> {
     /// Whether the return next to one, at its left or right, belongs to it and to a settled mark.
     fn joins_settled(&self, index: usize, to_left: bool) -> bool {
         let next_to = if to_left { index + 1 } else { index + self.returns.len() - 1 };
-        let (one, next) = if to_left { (index, next_to) } else { (next_to, index) };
-        !self.at(next_to).is_candidate && self.belong_together(one, next)
+        let first = if to_left { index } else { next_to };
+        !self.at(next_to).is_candidate && self.belongs_to_next(first)
     }
 }
 

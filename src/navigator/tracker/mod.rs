@@ -74,7 +74,6 @@ pub(super) struct Tracker {
     /// Whether what comes out of hiding may be a person.
     pub hides_people: bool,
     returns: Vec<Return>,
-    runs: Vec<(usize, usize)>,
     clusters: Vec<Cluster>,
     pairs: Vec<Pair>,
     /// For each cluster the track that it belongs to.
@@ -109,7 +108,7 @@ impl Tracker {
         self.collect(pose, scan, &origin);
         self.entered.update(time_s, &self.returns);
         let returns = ScanReturns { pose, scan, returns: &self.returns };
-        returns.find_clusters(&mut self.runs, &mut self.clusters);
+        returns.find_clusters(&mut self.clusters);
         let narrow = returns.narrow_objects(free_standing::WIDEST_M);
         self.free_standing.update(time_s, scan.angle_increment, &narrow);
         self.standing.sight_pairs(time_s, &narrow);
@@ -436,14 +435,18 @@ mod tests {
             (&[(2.5, 0.0, 0.4)], 0),
             (at_wall, 0),
         ];
-        for (discs, expected) in objects {
+        // In front of the robot, and behind it across the first beam of the turn.
+        let sides =
+            [1.0, -1.0].map(|side| objects.map(|(discs, expected)| (side, discs, expected)));
+        for (side, discs, expected) in sides.concat() {
+            let discs: Vec<Disc> = discs.iter().map(|&(x, y, r)| (side * x, y, r)).collect();
             let mut tracker = Tracker::default();
             for tick in 0..60 {
-                see(&mut tracker, tick, discs);
+                see(&mut tracker, tick, &discs);
                 let found: Vec<Point> = tracker.free_standing().collect();
                 let expected = if tick == 0 { 0 } else { expected };
                 assert_eq!(found.len(), expected, "{discs:?} at tick {tick}: {found:?}");
-                let near = |one: &Point| (one - Point::new(2.5, 0.0)).norm() < 0.35;
+                let near = |one: &Point| (one - Point::new(side * 2.5, 0.0)).norm() < 0.35;
                 assert!(found.iter().all(near), "{discs:?}: {found:?}");
             }
         }

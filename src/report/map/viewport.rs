@@ -115,11 +115,8 @@ impl Viewport {
 
 /// The smallest rectangle around the finite points; none without any.
 fn bounds(points: impl IntoIterator<Item = Point>) -> Option<Viewport> {
-    points
-        .into_iter()
-        .filter(Point::is_finite)
-        .map(|point| Viewport { low: point, high: point })
-        .reduce(|all, point| all.joined(&point))
+    let [low, high] = Point::bounds(points.into_iter().filter(Point::is_finite))?;
+    Some(Viewport { low, high })
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::notices::MessageError;
 use super::zones::{KEEPOUT_MASK, SPEED_MASK};
 use crate::geometry::{Point, Pose, Twist};
 use crate::localization::PoseHint;
-use crate::map::{GridFrame, OccupancyGrid, UNKNOWN};
+use crate::map::{GridFrame, OccupancyGrid};
 use crate::navigator::Goal;
 use crate::robot::{MAX_RATE, is_plausible};
 use crate::ros::msg::{self, Message, Time};
@@ -173,21 +173,12 @@ impl MapInput {
     pub fn new(message: &msg::OccupancyGrid) -> Result<Self, MessageError> {
         let info = &message.info;
         let origin = planar_pose("info.origin", &info.origin)?;
-        let cells = &message.data;
-        let (width, height) = (info.width, info.height);
         let side = |cells: u32| i32::try_from(cells).unwrap_or(i32::MAX);
         let resolution_m = shortest_decimal(info.resolution);
-        let frame = GridFrame::new(side(width), side(height), resolution_m, origin)?;
-        if cells.len() != frame.len() {
-            return Err(MessageError::WrongCellCount { found: cells.len(), width, height });
-        }
-        let is_bad = |value: &i8| *value != UNKNOWN && !(0..=100).contains(value);
-        if let Some(index) = cells.iter().position(is_bad) {
-            return Err(MessageError::BadCell { index, value: cells[index] });
-        }
+        let frame = GridFrame::new(side(info.width), side(info.height), resolution_m, origin)?;
         Ok(Self {
             frame: frame_name("header.frame_id", &message.header.frame_id)?,
-            grid: OccupancyGrid::new(frame, cells.clone()),
+            grid: OccupancyGrid::from_cells(frame, message.data.clone())?,
         })
     }
 }

@@ -63,11 +63,7 @@ pub enum MessageError {
          machines with chrony or NTP; simulated time is not supported"
     )]
     ClockAhead { ahead_s: f64, limit_s: f64 },
-    #[error("it has {found} cells, but {width} columns and {height} rows")]
-    WrongCellCount { found: usize, width: u32, height: u32 },
-    #[error("cell {index} is {value}: it must be 0 to 100, or -1 for unknown")]
-    BadCell { index: usize, value: i8 },
-    /// The size or the resolution of a map is invalid.
+    /// The size, the resolution or a cell of a map is invalid.
     #[error(transparent)]
     Map(#[from] MapError),
     #[error(
