@@ -85,13 +85,9 @@ impl StandingPeople {
         if let Some(known) =
             self.0.iter_mut().find(|known| is_near(&known.disc, &center, LEGS_REACH_M))
         {
-            // A person who is known to stand there is no pair of posts. One who seems to have come there in a scan may be one.
-            known.is_pair &= place.is_pair || place.sightings < MIN_SIGHTINGS;
             if known.seen_s < place.seen_s {
                 known.sightings += place.sightings;
                 (known.seen_s, known.found) = (place.seen_s, place.found);
-            } else {
-                known.sightings = known.sightings.max(place.sightings);
             }
         } else if self.0.len() < MAX_PLACES {
             self.0.push(place);
@@ -212,11 +208,6 @@ mod tests {
         (clusters, returns)
     }
 
-    fn leg(x: f64, y: f64) -> NarrowObject {
-        let (middle, center) = (Point::new(x, y), Point::new(x + 0.03, y));
-        NarrowObject { middle, center, range_m: 1.0, width_m: 0.06, count: 3 }
-    }
-
     fn count(standing: &StandingPeople) -> usize {
         standing.discs().count()
     }
@@ -265,7 +256,13 @@ mod tests {
             for one in &mut returns {
                 (one.is_candidate, one.earlier) = (false, Earlier::Unknown);
             }
-            let legs = [0.0, apart_m].map(|y| leg(1.0, y));
+            let legs = [0.0, apart_m].map(|y| NarrowObject {
+                middle: Point::new(1.0, y),
+                center: Point::new(1.03, y),
+                range_m: 1.0,
+                width_m: 0.06,
+                count: 3,
+            });
             for tick in 0..7 {
                 let time_s = f64::from(tick) * period_s;
                 standing.sight_pairs(time_s, if (4..6).contains(&tick) { &[] } else { &legs });
@@ -274,20 +271,6 @@ mod tests {
             assert_eq!(standing.pairs().count(), people, "{apart_m} m, {period_s} s");
             assert_eq!(count(&standing), 0, "{apart_m} m");
             assert!(returns.iter().all(|one| !one.is_of_standing), "{returns:?}");
-        }
-    }
-
-    #[test]
-    fn person_who_walked_to_a_place_that_looks_like_a_pair_stands_there() {
-        let legs = [0.0, 0.3].map(|y| leg(1.0, y));
-        for pair_scans in [1, 7] {
-            let mut standing = StandingPeople::default();
-            for scan in 0..pair_scans {
-                standing.sight_pairs(0.1 * f64::from(scan), &legs);
-            }
-            // Both are found in one scan.
-            standing.add(0.1 * f64::from(pair_scans - 1), &Point::new(1.0, 0.15));
-            assert_eq!((count(&standing), standing.pairs().count()), (1, 0), "{pair_scans}");
         }
     }
 
