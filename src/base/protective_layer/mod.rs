@@ -327,8 +327,8 @@ impl ProtectiveLayer {
         }
     }
 
-    /// Slows a robot that would move into directions without measurements. What counts is how fast it enters them: a long body that
-    /// follows a slight curve enters those beside its rear slowly.
+    /// Slows a robot that would move into directions without measurements. On a way ahead it counts how fast it enters them: a long body
+    /// that follows a slight curve enters those beside its rear slowly.
     fn limit_by_blindness(&self, situation: &Situation<'_>, now_s: f64, limited: &mut Limited) {
         let mut blind = self.scans.blind_directions(now_s).peekable();
         if blind.peek().is_none() || limited.command == Twist::STOP {
@@ -337,7 +337,11 @@ impl ProtectiveLayer {
         let motion = self.commanded_motion(situation, &limited.command);
         if let Some((direction_rad, share)) = motion.fastest_entry(blind) {
             let limit = self.settings.blind_speed_limit;
-            let factor = self.factor_to(limit / share, &limited.command);
+            let Twist { linear, angular } = limited.command;
+            // The ground beside the rear was ahead of the robot a moment ago, unless the robot turns on the spot or reverses.
+            let was_ahead = linear > angular.abs() * self.body.radius_m;
+            let fastest = if was_ahead { limit / share } else { limit };
+            let factor = self.factor_to(fastest, &limited.command);
             limited.scale(factor, || ProtectiveAction::BlindSector { direction_rad, limit });
         }
     }

@@ -34,7 +34,8 @@ settings! {
         pub approach_speed_m_s: f64 = 1.6, ["m/s", 0 to 10];
         /// Highest speed of any point of the body while a return lies within it: only motion away from it is permitted.
         pub escape_speed: f64 = 0.1, ["m/s", above 0 to 10];
-        /// Highest speed with which the body enters a gap without any measurement; zero forbids it. A gap below 50 degrees may be
+        /// Highest speed of any point of the body into a gap without any measurement, or of the body sideways into one beside its way
+        /// ahead; zero forbids it. A gap below 50 degrees may be
         /// open space and is no such gap.
         pub blind_speed_limit: f64 = 0.1, ["m/s", 0 to 10];
         /// Share of beams with a return below which the whole scan is blind, and the robot stops. Zero permits scans
