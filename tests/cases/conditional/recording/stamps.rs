@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use inbye::geometry::{Point, Pose};
 use inbye::map::DistanceField;
 use inbye::recording::RosLogReader;
 use inbye::sim::MovingObstacles;
@@ -32,9 +33,8 @@ fn scans_have_the_time_of_their_pose() {
         turning += usize::from(last_yaw.is_some_and(|yaw: f64| (yaw - pose.yaw).abs() > 0.05));
         last_yaw = Some(pose.yaw);
         for beam in scan.beams.beams.iter().filter(|beam| beam.range < scan.beams.range_max) {
-            let direction = pose.yaw + beam.angle;
-            let offset = [direction.cos(), direction.sin()].map(|along| beam.range * along);
-            let end = pose.position() + inbye::geometry::Vector::from(offset);
+            let along = Pose { yaw: pose.yaw + beam.angle, ..pose };
+            let end = along.transform(&Point::new(beam.range, 0.0));
             let cell = walls.frame().cell_of(&end);
             // In cells of 0.2 m, that of a return on a corner may be diagonal to the wall.
             let distance_m = cell.map_or(f64::INFINITY, |cell| distances.distance_m(cell));
