@@ -351,7 +351,8 @@ fn direction_without_measurements_permits_creeping_only() {
         let curve = Twist::new(0.4, angular);
         assert_eq!(limited(blind_behind, curve, curve).0, curve);
     }
-    let (command, action) = limited(blind_behind, Twist::new(-1.0, 0.0), Twist::STOP);
+    let back = Twist::new(-1.0, 0.0);
+    let (command, action) = limited(blind_behind, back, back);
     assert!((0.1..0.1015).contains(&-command.linear), "{command:?}");
     assert!(matches!(action, ProtectiveAction::BlindSector { .. }), "{action}");
     // A tenth of the beams without a measurement is usual.
