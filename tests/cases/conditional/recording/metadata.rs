@@ -84,5 +84,5 @@ fn recording_of_other_format_is_rejected() {
 
 fn map_of_other_size_is_rejected() {
     let error = error_after("width = 3", "width = 4");
-    assert!(error.to_string().contains("6 cells of 4 x 2"), "{error}");
+    assert!(error.to_string().contains("6 cells, but 4 columns and 2 rows"), "{error}");
 }
