@@ -123,7 +123,7 @@ fn beams_that_leave_the_map_do_not_contradict_it() {
     let turned = Pose::new(truth.x, truth.y, truth.yaw + PI);
     let estimate = Stage::new(ground(Pose::default(), &yard), &turned).stand_still(&truth, 2);
     assert!(estimate.agreement.through_walls > 60, "{estimate:?}");
-    assert_eq!(estimate.status.lost_reason(), Some(LostReason::BeamsThroughWalls), "{estimate:?}");
+    assert_ne!(estimate.status, LocalizationStatus::Tracking, "{estimate:?}");
 }
 
 #[test]
