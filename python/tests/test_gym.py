@@ -84,8 +84,8 @@ def test_progress_of_a_callers_robot_counts_along_a_path_that_keeps_out_of_zones
     open_map = inbye.Map(room, 0.1)
     zoned = open_map.with_zones(keepout=inbye.Map(closed, 0.1))
 
-    def top_of_path(map: inbye.Map) -> int:
-        world = inbye.World(map, (1.0, 2.0, 0.0), (7.0, 2.0))
+    def top_of_path(world_map: inbye.Map) -> int:
+        world = inbye.World(world_map, (1.0, 2.0, 0.0), (7.0, 2.0))
         env = inbye.gym.Env([world], seeds=[0], render_mode="rgb_array")
         env.reset()
         picture = env.render()
