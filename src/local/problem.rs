@@ -139,19 +139,8 @@ impl Problem {
         twist: Twist,
         target: Point,
     ) -> Self {
-        DecisionInput {
-            field: &field.into(),
-            pose,
-            twist,
-            last_command: twist,
-            obstacles: &[],
-            target,
-            key_node: target,
-            limits: Limits::default(),
-            footprint,
-            weights: Weights::default(),
-        }
-        .problem(&LocalSettings::default())
+        DecisionInput::new(&field.into(), footprint, pose, twist, target)
+            .problem(&LocalSettings::default())
     }
 }
 
@@ -227,7 +216,31 @@ pub struct DecisionInput<'a> {
     pub weights: Weights,
 }
 
-impl DecisionInput<'_> {
+impl<'a> DecisionInput<'a> {
+    /// Creates an input with the default limits and weights, no moving obstacles, the velocity as the last command, and the target as
+    /// key node.
+    #[must_use]
+    pub fn new(
+        field: &'a Arc<ClearanceField>,
+        footprint: &'a Footprint,
+        pose: Pose,
+        twist: Twist,
+        target: Point,
+    ) -> Self {
+        Self {
+            field,
+            pose,
+            twist,
+            last_command: twist,
+            obstacles: &[],
+            target,
+            key_node: target,
+            limits: Limits::default(),
+            footprint,
+            weights: Weights::default(),
+        }
+    }
+
     /// The problem for a planner with these settings. The weights of the input replace those of the settings.
     #[must_use]
     pub fn problem(&self, settings: &LocalSettings) -> Problem {

@@ -79,16 +79,16 @@ impl Agreement {
                 pose.y + sin * point.x + cos * point.y,
             )
         };
+        let is_blocked = |from: &Point, end: &Point, distance_m: Option<f64>| {
+            distance_m.is_some_and(|distance_m| distance_m < -tolerance_m)
+                || passes_through(map, from, end, tolerance_m)
+        };
         for hit in &scan.hits {
             let (from, end) = (to_grid(&hit.from), to_grid(&hit.end));
             let distance_m = map.sample(end.x, end.y).map(|sample| sample.distance_m);
             counts.beams += 1;
-            let is_deep = distance_m.is_some_and(|distance_m| distance_m < -tolerance_m);
-            if is_deep || passes_through(map, &from, &end, tolerance_m) {
-                counts.through_walls += 1;
-                continue;
-            }
             match distance_m {
+                _ if is_blocked(&from, &end, distance_m) => counts.through_walls += 1,
                 None => counts.off_map += 1,
                 Some(distance_m) if distance_m <= tolerance_m => counts.matching += 1,
                 Some(_) => counts.alone += u32::from(hit.is_alone),
@@ -98,11 +98,9 @@ impl Agreement {
             let (from, end) =
                 (to_grid(&ray.from), to_grid(&(ray.from + ray.direction * scan.range_max)));
             let distance_m = map.cell_distance_m(end.x, end.y);
-            let is_blocked = distance_m.is_some_and(|distance_m| distance_m < -tolerance_m)
-                || passes_through(map, &from, &end, tolerance_m);
             counts.beams += 1;
             match distance_m {
-                _ if is_blocked => counts.through_walls += 1,
+                _ if is_blocked(&from, &end, distance_m) => counts.through_walls += 1,
                 None => counts.off_map += 1,
                 Some(_) => counts.matching += 1,
             }

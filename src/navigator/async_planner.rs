@@ -173,13 +173,16 @@ mod tests {
     use crate::navigator::{NavigatorSettings, RoutePlanner};
     use crate::robot::Footprint;
 
-    fn async_planner() -> AsyncPlanner<u32> {
+    fn on_open_ground(planner: Box<dyn GlobalPlanner>) -> AsyncPlanner<u32> {
         let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a valid size");
-        let known = ObstacleGrid::filled(frame, false);
+        AsyncPlanner::new(ObstacleGrid::filled(frame, false), planner).expect("a thread")
+    }
+
+    fn async_planner() -> AsyncPlanner<u32> {
         let footprint = Footprint::round(0.3).expect("a valid radius");
         let settings = NavigatorSettings::default();
         let route_planner = RoutePlanner::new(&footprint, &settings, Settings::default(), 0.1);
-        AsyncPlanner::new(known, Box::new(route_planner)).expect("a thread")
+        on_open_ground(Box::new(route_planner))
     }
 
     fn request(discs: Vec<MovingDisc>) -> PlanRequest {
@@ -213,9 +216,7 @@ mod tests {
                 0.3
             }
         }
-        let frame = GridFrame::new(60, 40, 0.1, Pose::default()).expect("a valid size");
-        let known = ObstacleGrid::filled(frame, false);
-        let mut planner = AsyncPlanner::new(known, Box::new(Panics)).expect("a thread");
+        let mut planner = on_open_ground(Box::new(Panics));
         for due_s in [1.0, 2.0] {
             planner.request(request(vec![]), 7, due_s);
             let (_, plan) = planner.due(due_s, true).expect("an answer is due");

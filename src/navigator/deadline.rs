@@ -13,7 +13,7 @@ pub const COMMAND_LIFETIME_S: f64 = 0.3;
 
 /// This many misses of the remembered decisions lower the sampling density: a single one may be the system's fault.
 const MISSES_TO_LOWER: u32 = 2;
-/// Number of decisions of which the misses are remembered: a second at 10 Hz.
+/// Number of decisions whose misses are remembered: a second at 10 Hz.
 const MISSES_REMEMBERED: u32 = 10;
 /// A decision within this share of its deadline has slack: the next level has at most four times the samples.
 const SLACK: f64 = 0.25;

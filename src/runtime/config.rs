@@ -288,17 +288,11 @@ impl Config {
     ) -> Result<DecisionInput<'a>, ProblemError> {
         let (limits, period_s) = (self.robot.limits, self.local.control_period_s);
         let in_zones = |zones| limits_in_zones(&limits, zones, &pose, &twist, period_s);
+        let field = map.field(self.unknown)?;
         Ok(DecisionInput {
-            field: map.field(self.unknown)?,
-            pose,
-            twist,
-            last_command: twist,
-            obstacles: &[],
-            target,
-            key_node: target,
             limits: map.zones.as_deref().map_or(limits, in_zones),
-            footprint: &self.robot.footprint,
             weights: self.local.weights,
+            ..DecisionInput::new(field, &self.robot.footprint, pose, twist, target)
         })
     }
 

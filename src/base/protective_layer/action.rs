@@ -70,7 +70,7 @@ pub enum ProtectiveAction {
     /// The robot is slower: a return lies near its stopping motion.
     #[error("slow: at most {limit:.2} m/s, a return at ({x:.2}, {y:.2}) m")]
     Slow {
-        /// Highest speed with which the body enters that direction, m/s.
+        /// Highest speed of a point of the body, m/s.
         limit: f64,
         /// A return in the zone.
         x: f64,
@@ -90,7 +90,7 @@ pub enum ProtectiveAction {
     BlindSector {
         /// The direction in the robot's frame, radians.
         direction_rad: f64,
-        /// Highest speed of a point of the body, m/s.
+        /// Highest speed with which the body enters that direction, m/s.
         limit: f64,
     },
     /// A fixed zone acts.

@@ -176,7 +176,7 @@ impl NetworkLink {
             self.latched.retain(|last| discriminant(last) != discriminant(&frame));
             self.latched.push(frame.clone());
         }
-        let process = self.process.as_ref().filter(|_| self.frame_s.is_some());
+        let process = self.process.as_ref().filter(|_| self.is_up());
         let is_sent = process.is_some_and(|process| process.send(frame));
         self.dropped += u64::from(!is_sent);
     }
@@ -224,6 +224,12 @@ mod tests {
         panic!("not within 30 s");
     }
 
+    /// How often a file of what a process received holds a payload.
+    fn times_received(file: &std::path::Path, payload: &[u8]) -> usize {
+        let bytes = std::fs::read(file).unwrap_or_default();
+        bytes.windows(payload.len()).filter(|window| *window == payload).count()
+    }
+
     #[test]
     fn process_that_ends_is_started_again() {
         let mut link = link("exit 3");
@@ -265,12 +271,8 @@ mod tests {
         frames.into_iter().for_each(|frame| link.send(frame));
         until(&mut link, &mut now_s, |events| events.is_lost);
         until(&mut link, &mut now_s, |events| events.is_up);
-        let times_received = |payload: &[u8]| {
-            let bytes = std::fs::read(&received).unwrap_or_default();
-            bytes.windows(payload.len()).filter(|window| *window == payload).count()
-        };
         until(&mut link, &mut now_s, |_| {
-            payloads.iter().all(|payload| times_received(payload) == 2)
+            payloads.iter().all(|payload| times_received(&received, payload) == 2)
         });
         std::fs::remove_dir_all(&folder).expect("removable");
     }
@@ -307,10 +309,7 @@ mod tests {
         assert_eq!(link.stats().unsent, 1);
         let mut now_s = 0.0;
         until(&mut link, &mut now_s, |events| events.is_up);
-        until(&mut link, &mut now_s, |_| {
-            let bytes = std::fs::read(&received).unwrap_or_default();
-            bytes.windows(payload.len()).any(|window| *window == *payload)
-        });
+        until(&mut link, &mut now_s, |_| times_received(&received, &payload) > 0);
         std::fs::remove_dir_all(&folder).expect("removable");
     }
 
