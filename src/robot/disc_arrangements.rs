@@ -79,9 +79,9 @@ pub(super) fn arrangements(body: &Polygon) -> impl Iterator<Item = Vec<Disc>> {
     grids.chain(cores)
 }
 
-/// The smallest disc around each of equally long sections of the body along its longer side.
+/// The smallest disc around each of equally long sections of the body along the x axis.
 pub(super) fn row_of_sections(body: &Polygon, count: usize) -> Vec<Disc> {
-    let sections = sections(body.corners(), Axis::longer(body), count);
+    let sections = sections(body.corners(), Axis::X, count);
     sections.iter().map(|section| smallest_disc(section)).collect()
 }
 

@@ -20,11 +20,15 @@ const LEAST_GAIN_M: f64 = 1e-3;
 /// A point this far outside a disc still counts as covered, metres: rounding.
 const TOLERANCE_M: f64 = 1e-6;
 
-/// Covers a polygon with few discs that stand out little: a row of equal discs along the longer side of its bounding box where
-/// that suffices, else the best of several arrangements.
+/// Covers a polygon with few discs that stand out little: a row of equal discs along the x axis where that suffices, else the best of
+/// several arrangements.
+///
+/// A body wider than long always gets the row. It stands out little to the sides, which need the room of a robot that drives. With
+/// discs side by side every turn costs clearance, and the robot drives past the middle of a door.
 pub(super) fn cover(body: &Polygon) -> Vec<Disc> {
     let row = usual_row(body);
-    if is_tapered(body) || overhang_m(body, &row) <= GOOD_OVERHANG_M {
+    let (length, width) = size(body);
+    if width > length || is_tapered(body) || overhang_m(body, &row) <= GOOD_OVERHANG_M {
         return row;
     }
     let price_m =
@@ -42,11 +46,11 @@ pub(super) fn cover(body: &Polygon) -> Vec<Disc> {
 /// Whether a body fills little of its bounding box, such as a triangle. With smaller discs at its narrow end, the robot drives into
 /// gaps in which its wide end has no room: a triangle reached its goal in fewer worlds of BARN.
 fn is_tapered(body: &Polygon) -> bool {
-    let (longer, shorter) = sides(body);
-    body.signed_area_m2().abs() < LEAST_FILLED_SHARE * longer * shorter
+    let (length, width) = size(body);
+    body.signed_area_m2().abs() < LEAST_FILLED_SHARE * length * width
 }
 
-/// A row of equal discs along the longer side of the bounding box. A body nearly as wide as long gets two.
+/// A row of equal discs along the x axis. A body about as wide as long gets two, and one more than twice as wide as long one.
 pub(super) fn usual_row(body: &Polygon) -> Vec<Disc> {
     row_of_discs(body, usual_count(body))
 }
@@ -57,16 +61,16 @@ pub(super) fn usual_radius_m(body: &Polygon) -> f64 {
 }
 
 fn usual_count(body: &Polygon) -> usize {
-    let (longer, shorter) = sides(body);
+    let (length, width) = size(body);
     // One disc more than squares fit: it halves the overhang to the sides.
-    let squares = (longer / shorter.max(longer / MAX_COVER_DISCS as f64)).round();
-    (squares as usize + 1).clamp(2, MAX_COVER_DISCS)
+    let squares = (length / width.max(length / MAX_COVER_DISCS as f64)).round();
+    (squares as usize + 1).min(MAX_COVER_DISCS)
 }
 
 /// Covers a polygon with a row of enough discs that they stand out little to the sides. They stand out more at the ends.
 pub(super) fn slim_cover(body: &Polygon) -> Vec<Disc> {
-    let (longer, shorter) = sides(body);
-    let side_m = |count: usize| libm::hypot(longer / count as f64, shorter) / 2.0 - shorter / 2.0;
+    let (length, width) = size(body);
+    let side_m = |count: usize| libm::hypot(length / count as f64, width) / 2.0 - width / 2.0;
     let few = usual_row(body).len();
     let count = (few..MAX_COVER_DISCS).find(|&count| side_m(count) <= SLIM_OVERHANG_M);
     let count = count.unwrap_or(MAX_COVER_DISCS);
@@ -77,11 +81,10 @@ pub(super) fn slim_cover(body: &Polygon) -> Vec<Disc> {
     if is_better { sections } else { row }
 }
 
-/// The longer and the shorter side of the box around a polygon.
-fn sides(body: &Polygon) -> (f64, f64) {
+/// Length and width of the box around a polygon: along x and along y, metres.
+fn size(body: &Polygon) -> (f64, f64) {
     let (least, most) = body.bounds();
-    let size = most - least;
-    (size.x.max(size.y), size.x.min(size.y))
+    (most.x - least.x, most.y - least.y)
 }
 
 /// The middle of the box around a polygon, and the radius of the circle around it that contains the polygon.
@@ -94,27 +97,22 @@ fn circle_around(body: &Polygon) -> (Point, f64) {
 
 /// Radius of the discs of a row, metres.
 fn row_radius_m(body: &Polygon, count: usize) -> f64 {
-    let (longer, shorter) = sides(body);
-    libm::hypot(longer / count as f64 / 2.0, shorter / 2.0).min(circle_around(body).1)
+    let (length, width) = size(body);
+    libm::hypot(length / count as f64 / 2.0, width / 2.0).min(circle_around(body).1)
 }
 
 /// A row of equal discs, or the circumscribed circle if that is not larger than one of them.
 fn row_of_discs(body: &Polygon, count: usize) -> Vec<Disc> {
-    let (least, most) = body.bounds();
-    let size = most - least;
-    let (longer, _) = sides(body);
-    let spacing = longer / count as f64;
+    let (length, _) = size(body);
+    let spacing = length / count as f64;
     let radius = row_radius_m(body, count);
     let (middle, circumradius) = circle_around(body);
     if circumradius <= radius {
         return vec![Disc { x: middle.x, y: middle.y, radius: circumradius }];
     }
     let disc = |index: usize| {
-        let along = (index as f64 + 0.5) * spacing - longer / 2.0;
-        let offset =
-            if size.x >= size.y { Vector::new(along, 0.0) } else { Vector::new(0.0, along) };
-        let center = middle + offset;
-        Disc { x: center.x, y: center.y, radius }
+        let along = (index as f64 + 0.5) * spacing - length / 2.0;
+        Disc { x: middle.x + along, y: middle.y, radius }
     };
     (0..count).map(disc).collect()
 }
@@ -207,14 +205,32 @@ mod tests {
 
     use super::*;
 
+    /// What a body needs to the sides decides where it can drive.
+    #[test]
+    fn body_wider_than_long_is_covered_by_a_short_row_along_its_course() {
+        for (length, width, count) in [(0.4, 0.6, 2), (0.5, 0.6, 2), (0.3, 0.7, 1)] {
+            let (x, y) = (length / 2.0, width / 2.0);
+            let corners = [(x, y), (-x, y), (-x, -y), (x, -y)];
+            let corners = corners.map(|(x, y)| Point::new(x + 0.1, y)).to_vec();
+            let body = Polygon::new(corners).expect("a polygon");
+            for discs in [cover(&body), slim_cover(&body)] {
+                assert_eq!(uncovered_point(&body, &discs), None, "{body:?}");
+                let side = |disc: &Disc| disc.y.abs() + disc.radius - y;
+                let side_m = discs.iter().map(side).fold(0.0, f64::max);
+                assert!(side_m < 0.04, "{length} x {width}: {side_m} m");
+            }
+            assert_eq!(cover(&body).len(), count, "{length} x {width}");
+        }
+    }
+
     #[test]
     fn discs_of_narrow_passages_cover_the_body_and_hardly_stand_out_to_its_sides() {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let (mut slim, mut smaller) = (0, 0);
         for _ in 0..200 {
-            let size = Vector::new(random.random_range(0.2..1.5), random.random_range(0.2..1.0));
+            let box_size = Vector::new(random.random_range(0.2..1.5), random.random_range(0.2..1.0));
             let mut at = |half: f64| random.random_range(0.3..1.0) * half;
-            let (x, y) = (size.x / 2.0, size.y / 2.0);
+            let (x, y) = (box_size.x / 2.0, box_size.y / 2.0);
             let corners = [(x, -at(y)), (x, at(y)), (-at(x), y), (-x, at(y)), (-x, -y)];
             let corners = corners.map(|(x, y)| Point::new(x + 0.1, y - 0.05)).to_vec();
             let body = Polygon::new(corners).expect("a polygon");
@@ -222,7 +238,7 @@ mod tests {
             assert_eq!(uncovered_point(&body, &discs), None, "{body:?}");
             assert!(discs.len() <= MAX_COVER_DISCS && discs.len() >= usual_row(&body).len());
             let largest = discs.iter().map(|disc| disc.radius).fold(0.0, f64::max);
-            let side_m = largest - sides(&body).1 / 2.0;
+            let side_m = largest - size(&body).1 / 2.0;
             let is_slim = side_m <= SLIM_OVERHANG_M;
             assert!(is_slim || discs.len() == MAX_COVER_DISCS, "{body:?}: {side_m} m");
             slim += u32::from(is_slim && discs.len() > usual_row(&body).len());

@@ -156,8 +156,8 @@ impl Footprint {
         self.discs.iter().map(depth).fold(0.0, f64::max)
     }
 
-    /// Radius of a disc that needs as much room as the body that drives straight ahead, metres. Several discs side by side may each
-    /// be smaller.
+    /// Radius of a disc that needs as much room as the body that drives straight ahead, metres. Given discs may be smaller, side by
+    /// side.
     #[must_use]
     pub(crate) fn passing_radius_m(&self) -> f64 {
         self.body.as_ref().map_or(0.0, usual_radius_m).max(self.max_disc_radius_m())
