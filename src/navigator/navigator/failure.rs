@@ -107,7 +107,7 @@ impl Navigator {
             )),
             None => None,
         };
-        let dust = self.dust.dusty_share().map(|share| {
+        let dust = self.dust.heavy_share().map(|share| {
             format!(
                 "at least {:.1} % of the lidar's beams end on dust or drops in the air",
                 100.0 * share
