@@ -15,6 +15,7 @@
 mod action;
 mod body;
 mod directions;
+mod obstacle;
 mod operator;
 mod polygon;
 mod ramp;
@@ -35,8 +36,9 @@ use crate::map::TimedScan;
 use crate::robot::{Footprint, Limits, MotionIdentifier, TickTime, TrackLimits, TrackedDrive};
 use crate::settings::SettingError;
 use body::Body;
+use obstacle::obstacle_return;
 use ramp::Ramp;
-use raw_scan::{RawPoint, RawScans, is_obstacle};
+use raw_scan::{RawPoint, RawScans};
 use stopping_motion::{Clearance, MotionModel, Obstruction, StoppingMotion, too_near_m};
 
 /// Time for which a body that was too near to something does not move at anything near, seconds: ten scans of a small lidar.
@@ -261,7 +263,7 @@ impl ProtectiveLayer {
         let points = self.scans.points(&self.body, now_s);
         let near_m = too_near_m(self.settings.margin_m);
         let near = points.iter().filter(|point| point.gap_m <= near_m);
-        if is_obstacle(near, self.settings.min_points) {
+        if obstacle_return(near, self.settings.min_points).is_some() {
             self.too_near_s = now_s;
         }
         let situation = Situation {
@@ -319,7 +321,7 @@ impl ProtectiveLayer {
     /// Slows a robot with returns in its body. Whether it moves away from them is checked as for every motion.
     fn limit_by_body(&self, points: &[RawPoint], limited: &mut Limited) {
         let within = points.iter().filter(|point| point.gap_m <= 0.0);
-        if is_obstacle(within.clone(), self.settings.min_points) {
+        if obstacle_return(within.clone(), self.settings.min_points).is_some() {
             let limit = self.settings.escape_speed;
             let depth_m = within.map(|point| -point.gap_m).fold(0.0, f64::max);
             let factor = self.factor_to(limit, &limited.command);

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 use thiserror::Error;
 
-use super::raw_scan::{RawPoint, is_obstacle};
+use super::raw_scan::RawPoint;
 use crate::geometry::{Point, Pose, Twist, is_in_polygon};
 use crate::settings::{Range, choices, range, setting_schema};
 
@@ -131,7 +131,8 @@ impl ZonePolygon {
     /// Whether enough returns lie in the zone of a robot at a pose.
     fn acts(&self, points: &[RawPoint], pose: &Pose) -> bool {
         let inside = |point: &&RawPoint| self.contains(&pose.inverse_transform(&point.place));
-        is_obstacle(points.iter().filter(inside), self.min_points)
+        let counts = points.iter().filter(inside).map(|point| point.beams);
+        counts.sum::<usize>() >= self.min_points
     }
 
     /// Factor of a command, 0 to 1, with which the zone permits it; 1 if the zone does not act. `step_s` is the step of the

@@ -6,6 +6,7 @@ use std::collections::VecDeque;
 
 use super::body::Body;
 use super::directions::{BINS, Largest, bin_of, polar};
+use super::obstacle::together_m;
 use super::thinning::thinned;
 use crate::geometry::{Frame, Point, Pose, Twist, Vector, wrap_angle};
 use crate::localization::PoseHistory;
@@ -65,19 +66,8 @@ pub(super) struct RawPoint {
     pub gap_m: f64,
     /// Number of returns that this one stands for.
     pub beams: usize,
-}
-
-/// Whether some points stand for enough returns to be an obstacle, and not dust.
-pub(super) fn is_obstacle<'a>(
-    points: impl Iterator<Item = &'a RawPoint>,
-    min_points: usize,
-) -> bool {
-    let mut count = 0;
-    let mut counts = points.map(|point| {
-        count += point.beams;
-        count
-    });
-    counts.any(|count| count >= min_points)
+    /// A return of the same obstacle may be this far away, metres.
+    pub together_m: f64,
 }
 
 /// Poses of the base by its measured motion. The frame is arbitrary: that of the first report.
@@ -237,6 +227,8 @@ struct Return {
     moves: bool,
     /// Number of returns that this one stands for.
     beams: usize,
+    /// A return of the same obstacle may be this far away, metres.
+    together_m: f64,
 }
 
 /// The newest scan.
@@ -345,10 +337,12 @@ impl RawScans {
             earlier.iter().any(|(earlier, free_m)| earlier.free_place(free_m, place).is_some())
                 || vanished.as_ref().is_some_and(|vanished| seen.is_behind(vanished, place))
         };
-        let with_motion = |(place, (_, beams)): (&Point, &(Beam, usize))| Return {
+        let increment = TAU / scan.beams.len() as f64;
+        let with_motion = |(place, (beam, beams)): (&Point, &(Beam, usize))| Return {
             place: *place,
             moves: has_moved(place),
             beams: *beams,
+            together_m: together_m(beam.range, increment),
         };
         let returns: Vec<Return> = seen.returns.iter().zip(&kept).map(with_motion).collect();
         self.remember(seen);
@@ -410,7 +404,8 @@ impl RawScans {
             .map(|seen| {
                 let place = frame.inverse_transform(&seen.place);
                 let gap_m = body.distance_m(&place);
-                RawPoint { place, moves: seen.moves, gap_m, beams: seen.beams }
+                let Return { moves, beams, together_m, .. } = *seen;
+                RawPoint { place, moves, gap_m, beams, together_m }
             })
             .collect()
     }

@@ -16,7 +16,7 @@ settings! {
         /// Distance that the body keeps to every return of the raw scan. Default 0.03 m: three times the noise of a small
         /// lidar.
         pub margin_m: f64 = 0.03, ["m", 0 to 1];
-        /// Returns within a zone from which it acts. Default 2: a single return may be dust.
+        /// Returns near to each other from which it acts. Default 2: single returns may be dust.
         pub min_points: usize = 2, ["", 1 to 1000];
         /// Time for which the robot can keep a command and then still stop before a collision. The layer reduces the
         /// command until this holds. Default 0.1 s, one period of the planner.

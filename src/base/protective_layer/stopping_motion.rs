@@ -1,8 +1,9 @@
 //! The motion of the body from now to its standstill, and the returns that it would touch.
 
 use super::body::{Body, Part};
+use super::obstacle::{nearest_obstacle_return, obstacle_return};
 use super::ramp::Ramp;
-use super::raw_scan::{RawPoint, is_obstacle};
+use super::raw_scan::RawPoint;
 use crate::geometry::{Point, Pose, Twist, Vector, wrap_angle};
 
 /// Most steps of a motion. A longer one is cut, and counts as touching.
@@ -167,21 +168,15 @@ impl<'a> StoppingMotion<'a> {
     /// A return within the margin counts only if the body comes nearer to it than it slides past; a return within the body
     /// counts unless the body moves away from it.
     pub fn obstruction(&self, points: &[RawPoint], clearance: &Clearance) -> Option<Obstruction> {
-        let mut count = 0;
-        let mut nearest: Option<RawPoint> = None;
-        for point in self.touched(points, clearance) {
-            count += point.beams;
-            if nearest.is_none_or(|before| point.gap_m < before.gap_m) {
-                nearest = Some(*point);
-            }
-        }
-        let nearest = nearest.filter(|_| count >= clearance.min_points).map(Obstruction::Return);
-        nearest.or_else(|| (!self.stands).then_some(Obstruction::NoStandstill(self.end_s())))
+        let touched = self.touched(points, clearance);
+        let nearest = nearest_obstacle_return(touched, clearance.min_points);
+        nearest.map(|point| Obstruction::Return(*point)).or_else(|| (!self.stands).then_some(Obstruction::NoStandstill(self.end_s())))
     }
 
     /// Whether there is an [`Self::obstruction`], without the nearest return.
     pub fn is_obstructed(&self, points: &[RawPoint], clearance: &Clearance) -> bool {
-        !self.stands || is_obstacle(self.touched(points, clearance), clearance.min_points)
+        !self.stands
+            || obstacle_return(self.touched(points, clearance), clearance.min_points).is_some()
     }
 
     /// Time until the motion ends, seconds.
@@ -284,8 +279,7 @@ impl<'a> StoppingMotion<'a> {
                 && self.passes_within(point, distance_m)
                 && !self.ends_nearer(point)
         });
-        let near: Vec<&RawPoint> = near.take(min_points).collect();
-        near.first().filter(|_| is_obstacle(near.iter().copied(), min_points)).map(|point| **point)
+        obstacle_return(near, min_points).copied()
     }
 
     fn passes_within(&self, point: &RawPoint, distance_m: f64) -> bool {

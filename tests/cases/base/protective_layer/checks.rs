@@ -336,6 +336,9 @@ fn single_return_is_ignored_as_dust() {
     assert!(limited(dust, FULL, FULL).1.passes());
     let two = |angle: f64| if (0.0..0.0349).contains(&angle) { 0.6 } else { 9.0 };
     assert_eq!(limited(two, FULL, FULL).0, Twist::STOP);
+    // Two grains, ahead on the left and on the right.
+    let apart = |angle: f64| if (0.3..0.3175).contains(&angle.abs()) { 0.6 } else { 9.0 };
+    assert!(limited(apart, FULL, FULL).1.passes());
 }
 
 #[test]
