@@ -88,9 +88,8 @@ impl DustFilter {
             }
         }
         // A grain of the last scan that no return of this one is near to was dust.
-        let is_followed = |(_, one): &(f64, Point)| {
-            scan.hits(pose).any(|hit| (hit - one).norm() < CONFIRMS_M)
-        };
+        let is_followed =
+            |(_, one): &(f64, Point)| scan.hits(pose).any(|hit| (hit - one).norm() < CONFIRMS_M);
         let dust = self.single.iter().filter(|one| one.0 == before_s && !is_followed(one)).count();
         self.grains += (dust as f64 - self.grains) / MEAN_SCANS;
         let earlier = take(&mut self.single).into_iter().filter(|one| is_recent(one.0));

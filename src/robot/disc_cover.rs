@@ -228,7 +228,8 @@ mod tests {
         let mut random = Pcg64Mcg::seed_from_u64(1);
         let (mut slim, mut smaller) = (0, 0);
         for _ in 0..200 {
-            let box_size = Vector::new(random.random_range(0.2..1.5), random.random_range(0.2..1.0));
+            let box_size =
+                Vector::new(random.random_range(0.2..1.5), random.random_range(0.2..1.0));
             let mut at = |half: f64| random.random_range(0.3..1.0) * half;
             let (x, y) = (box_size.x / 2.0, box_size.y / 2.0);
             let corners = [(x, -at(y)), (x, at(y)), (-at(x), y), (-x, at(y)), (-x, -y)];

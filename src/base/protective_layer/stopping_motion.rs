@@ -170,7 +170,9 @@ impl<'a> StoppingMotion<'a> {
     pub fn obstruction(&self, points: &[RawPoint], clearance: &Clearance) -> Option<Obstruction> {
         let touched = self.touched(points, clearance);
         let nearest = nearest_obstacle_return(touched, clearance.min_points);
-        nearest.map(|point| Obstruction::Return(*point)).or_else(|| (!self.stands).then_some(Obstruction::NoStandstill(self.end_s())))
+        nearest
+            .map(|point| Obstruction::Return(*point))
+            .or_else(|| (!self.stands).then_some(Obstruction::NoStandstill(self.end_s())))
     }
 
     /// Whether there is an [`Self::obstruction`], without the nearest return.
