@@ -149,7 +149,7 @@ fn program_that_cannot_be_used_is_unusable_input() {
         ("--simulator 'sh missing.sh'", "the simulator `sh missing.sh`: the program ended"),
         (
             "--simulator 'sh missing.sh' --set simulation.lidar.mount_x_m=0.2",
-            "it has its own lidar: leave mount_x_m, mount_y_m, mount_yaw_rad and scan_rate_hz",
+            "it has its own lidar: leave mount_x_m, mount_y_m, mount_yaw_rad, scan_rate_hz and blind_time_s",
         ),
         ("--controller ''", "it must be a program and its arguments"),
     ] {
