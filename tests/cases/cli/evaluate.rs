@@ -208,6 +208,11 @@ fn map_file_is_relative_to_problem_file() {
     assert_eq!(status, 0);
     assert_eq!(from_rows, from_file);
     assert!(from_rows.get("samples").is_none());
+    // A file has its own place.
+    problem["map"]["origin"] = json!([5.0, 5.0]);
+    place.write("deep/moved.json", problem.to_string());
+    let refusal = place.refusal("evaluate --problem deep/moved.json");
+    assert!(refusal.contains("line 1: map.origin: it is only for map.rows"), "{refusal}");
 }
 
 #[test]
