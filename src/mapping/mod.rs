@@ -280,6 +280,27 @@ mod tests {
         assert_eq!((&mapped.odometry_jumps[..], &mapped.gaps[..]), (&[][..], &[20][..]));
     }
 
+    /// After a far step without a scan that matches, the next scan does not match either: one gap, not two.
+    #[test]
+    fn far_step_before_a_gap_is_named_once() {
+        let (_, text) = drive();
+        let mut lines: Vec<&str> = text.lines().collect();
+        let (begin, end) = lines[20].split_once(" 181 ").expect("a count");
+        let pose_and_time = end.splitn(182, ' ').nth(181).expect("a pose");
+        let blind = format!("{begin} 181{} {pose_and_time}", " 81.91".repeat(181));
+        lines[20] = &blind;
+        // It sees another place, and stands.
+        let other = lines[60].split_once(" 181 ").expect("a count").1;
+        let ranges = other.splitn(182, ' ').take(181).collect::<Vec<_>>().join(" ");
+        let standing = format!("FLASER 181 {ranges} {pose_and_time}");
+        for line in &mut lines[21..24] {
+            *line = &standing;
+        }
+        let log = LidarLog::parse(&(lines.join("\n") + "\n")).expect("a valid log");
+        let mapped = map_log(&log, &mut || ()).expect("a small map");
+        assert_eq!(mapped.gaps.iter().filter(|gap| **gap == 20).count(), 1, "{:?}", mapped.gaps);
+    }
+
     #[test]
     fn log_of_one_scan_has_a_map() {
         let log = LidarLog::parse("FLASER 1 3 0 0 0 0 0 0 1 host 1\n").expect("a valid log");
