@@ -1,5 +1,6 @@
 //! Short drives to record, and files to record them in.
 
+use core::ops::ControlFlow;
 use std::io::{self, Cursor, Write};
 use std::sync::{Arc, Mutex};
 
@@ -133,5 +134,6 @@ pub fn crowded() -> (Simulation, Config) {
 
 pub fn replay_on(file: &[u8], engine: Box<dyn Engine>) -> Replay {
     let mut recording = Reader::open(Cursor::new(file)).expect("a recording");
-    replay(&mut recording, engine, None, &mut |_| {}).expect("a whole or truncated file")
+    let on_tick = &mut |_: &TickEvent<'_>| ControlFlow::Continue(());
+    replay(&mut recording, engine, None, on_tick).expect("a whole or truncated file")
 }
