@@ -374,6 +374,11 @@ fn runs_whose_program_did_not_answer_are_driven_again() {
     let (_, failed) = object(&place.run(compare));
     let faults = text(&failed["ranked"][0], "faults");
     assert!(faults.contains("CONTROLLER_TIMED_OUT: 1"), "{failed}");
+    // A result stays until a better one replaces it: another process may have driven the cell meanwhile.
+    let cells = || fs::read_dir(place.path("cells/cells")).expect("a folder").count();
+    fs::rename(place.path("slow.sh"), place.path("gone.sh")).expect("renamed");
+    assert_eq!((place.run(compare).status, cells()), (2, 1));
+    fs::rename(place.path("gone.sh"), place.path("slow.sh")).expect("renamed");
     place.write("ready", "");
     let run = place.run(compare);
     let (status, ranked) = object(&run);
