@@ -247,10 +247,12 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         "--report before a command belongs to the demo: write it after the command, if that command has a report"
     );
     #[cfg(unix)]
+    use stop_signals::OnStopSignal::{EndProgram, StopRobot};
+    #[cfg(unix)]
     match command {
-        Command::Drive(drive) if drive.hardware.port.is_some() => stop_signals::catch(true)?,
-        Command::Node(_) => stop_signals::catch(true)?,
-        Command::Base(base) if base.opens_line() => stop_signals::catch(false)?,
+        Command::Drive(drive) if drive.hardware.port.is_some() => stop_signals::catch(StopRobot)?,
+        Command::Node(_) => stop_signals::catch(StopRobot)?,
+        Command::Base(base) if base.opens_line() => stop_signals::catch(EndProgram)?,
         _ => {}
     }
     match command {
