@@ -9,7 +9,7 @@ use super::program::{Workplace, assert_fields};
 const TOLERANCE: f64 = 1e-3;
 
 /// A room of 41 by 41 cells of 0.1 m with the robot in the centre; three speeds and three turn rates.
-fn room() -> Value {
+pub(super) fn room() -> Value {
     json!({
         "map": {"resolution_m": 0.1, "rows": room::rows(41, 41, &[])},
         "robot": {"pose": [2.05, 2.05, 0.0], "velocity": [0.2, 0.0],

@@ -92,7 +92,7 @@ fn results_are_printed_before_files_that_cannot_be_written() {
     fs::create_dir_all(place.path("full")).expect("a folder");
     symlink("/dev/full", place.path("full/index.html")).expect("a link");
     symlink("/dev/full", place.path("full.svg")).expect("a link");
-    place.write("problem.json", crate::support::room().to_string());
+    place.write("problem.json", super::evaluate::room().to_string());
     super::records::write_records(&place);
     let room = "--map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu";
     let run = place.run(&format!("drive {room} --record run.mcap"));

@@ -45,7 +45,8 @@ fn recording_without_ticks_is_rejected() {
     let metadata = DriveMetadata::new(&simulation.mission, &config, "CPU".to_owned());
     let file = Memory::default();
     let recorder = Recorder::new(file.clone(), &metadata, BackpressurePolicy::Block);
-    recorder.expect("valid metadata").finish(String::new());
+    let report = recorder.expect("valid metadata").finish(String::new());
+    assert_eq!(report.stopped, None);
     let mut recording = Reader::open(Cursor::new(file.bytes())).expect("a recording");
     let error = replay(&mut recording, cpu(1), None, &mut |_| ControlFlow::Continue(()));
     let error = error.expect_err("no tick").to_string();
