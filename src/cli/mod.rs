@@ -88,6 +88,8 @@ use base::BaseCommand;
 use clap::{Args, Parser, Subcommand};
 use inbye::runtime::hardware::HardwareError;
 use output::OutputArguments;
+#[cfg(unix)]
+use stop_signals::OnStopSignal;
 
 /// The error of commands whose output is no result.
 const NO_JSON: &str = "--json: this command has no JSON output: leave the flag out";
@@ -247,12 +249,12 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
         "--report before a command belongs to the demo: write it after the command, if that command has a report"
     );
     #[cfg(unix)]
-    use stop_signals::OnStopSignal::{EndProgram, StopRobot};
-    #[cfg(unix)]
     match command {
-        Command::Drive(drive) if drive.hardware.port.is_some() => stop_signals::catch(StopRobot)?,
-        Command::Node(_) => stop_signals::catch(StopRobot)?,
-        Command::Base(base) if base.opens_line() => stop_signals::catch(EndProgram)?,
+        Command::Drive(drive) if drive.hardware.port.is_some() => {
+            stop_signals::catch(OnStopSignal::StopRobot)?;
+        }
+        Command::Node(_) => stop_signals::catch(OnStopSignal::StopRobot)?,
+        Command::Base(base) if base.opens_line() => stop_signals::catch(OnStopSignal::EndProgram)?,
         _ => {}
     }
     match command {

@@ -365,9 +365,10 @@ mod tests {
     fn shell(script: &str, has_input: bool) -> LineProcess {
         let mut command = Command::new("sh");
         command.args(["-c", script]);
-        let started = match has_input {
-            true => LineProcess::start(&mut command),
-            false => LineProcess::start_without_input(&mut command),
+        let started = if has_input {
+            LineProcess::start(&mut command)
+        } else {
+            LineProcess::start_without_input(&mut command)
         };
         started.expect("a shell")
     }

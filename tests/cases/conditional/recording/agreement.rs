@@ -9,7 +9,9 @@ use inbye::recording::{
     BackpressurePolicy, DriveMetadata, FieldValue, Reader, Recorder, RecordingError, replay,
 };
 
-use super::drives::{Memory, cpu, crowded, late_tour, record, record_by, replay_on, tour};
+use super::drives::{
+    Memory, cpu, crowded, late_tour, record, record_by, replay_on, tour, try_replay_on,
+};
 use crate::support::mcap_copy::altered;
 
 pub const TESTS: &[super::Test] = &[
@@ -47,8 +49,7 @@ fn recording_without_ticks_is_rejected() {
     let recorder = Recorder::new(file.clone(), &metadata, BackpressurePolicy::Block);
     let report = recorder.expect("valid metadata").finish(String::new());
     assert_eq!(report.stopped, None);
-    let mut recording = Reader::open(Cursor::new(file.bytes())).expect("a recording");
-    let error = replay(&mut recording, cpu(1), None, &mut |_| ControlFlow::Continue(()));
+    let error = try_replay_on(&file.bytes(), cpu(1));
     let error = error.expect_err("no tick").to_string();
     assert!(error.starts_with("the file has no tick"), "{error}");
 }

@@ -10,7 +10,8 @@ use inbye::local::{CpuEngine, Engine};
 use inbye::map::OccupancyGrid;
 use inbye::navigator::Goal;
 use inbye::recording::{
-    BackpressurePolicy, DriveMetadata, Reader, Recorder, RecordingReport, Replay, replay,
+    BackpressurePolicy, DriveMetadata, Reader, Recorder, RecordingError, RecordingReport, Replay,
+    replay,
 };
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
 use inbye::sim::{Simulation, crossing};
@@ -133,7 +134,10 @@ pub fn crowded() -> (Simulation, Config) {
 }
 
 pub fn replay_on(file: &[u8], engine: Box<dyn Engine>) -> Replay {
+    try_replay_on(file, engine).expect("a whole or truncated file")
+}
+
+pub fn try_replay_on(file: &[u8], engine: Box<dyn Engine>) -> Result<Replay, RecordingError> {
     let mut recording = Reader::open(Cursor::new(file)).expect("a recording");
-    let on_tick = &mut |_: &TickEvent<'_>| ControlFlow::Continue(());
-    replay(&mut recording, engine, None, on_tick).expect("a whole or truncated file")
+    replay(&mut recording, engine, None, &mut |_| ControlFlow::Continue(()))
 }
