@@ -3,6 +3,7 @@
 
 #![expect(clippy::print_stdout, reason = "an example prints its result")]
 
+use core::ops::ControlFlow;
 use std::env::temp_dir;
 use std::error::Error;
 use std::fs::{self, File};
@@ -37,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("{} messages, {} bytes", report.messages, report.bytes);
 
     let mut reader = Reader::open(BufReader::new(File::open(&file)?))?;
-    let replayed = replay(&mut reader, engine(), None, &mut |_| {})?;
+    let replayed = replay(&mut reader, engine(), None, &mut |_| ControlFlow::Continue(()))?;
     match &replayed.first_difference {
         None => println!("{} decisions are the same to the bit", replayed.ticks),
         Some(it) => println!("tick {}: {} {}, now {}", it.tick, it.field, it.recorded, it.replayed),

@@ -1,5 +1,6 @@
 //! Worlds, drives in them, and replays of recordings.
 
+use core::ops::ControlFlow;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
@@ -246,16 +247,29 @@ pub fn replay<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let place = |error: &dyn core::fmt::Display| raise(format!("{}: {error}", path.display()));
     let engine = open(engine, 1)?;
-    let replay = py.detach(|| {
+    let (mut interrupt, raised) = (Interrupt::new(), Raised::default());
+    let replayed = py.detach(|| {
+        let waits = interrupt.clone();
+        let on_tick = &mut |_: &TickEvent<'_>| match interrupt.check_now_and_then() {
+            Ok(()) => ControlFlow::Continue(()),
+            Err(error) => {
+                raised.set(error);
+                ControlFlow::Break(())
+            }
+        };
         let file = File::open(&path).map_err(|error| place(&error))?;
         let mut reader = Reader::open(BufReader::new(file)).map_err(|error| place(&error))?;
-        inbye::recording::replay(&mut reader, engine, global_planner.as_deref(), &mut |_| {})
-            .map_err(|error| place(&error))
-    })?;
+        let planner = global_planner.as_deref();
+        let replay = || inbye::recording::replay(&mut reader, engine, planner, on_tick);
+        waits.watch(&raised, replay).map_err(|error| place(&error))
+    });
+    raised.check()?;
+    let replay = replayed?;
     let answer = PyDict::new(py);
     answer.set_item("ticks", replay.ticks)?;
     answer.set_item("agrees", replay.agrees())?;
     answer.set_item("complete", replay.is_complete)?;
+    answer.set_item("cpu_ticks", replay.drive.incidents.as_ref().map(|_| replay.cpu_ticks()))?;
     answer.set_item(
         "first_difference",
         replay.first_difference.as_ref().map(|difference| {

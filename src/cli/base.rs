@@ -208,26 +208,30 @@ pub fn load_line(
     })
 }
 
-/// Opens a base's line and waits for its first report. `release` releases a latched stop before that.
-pub fn open(
-    arguments: &LineArguments,
-    release: bool,
-) -> anyhow::Result<(SerialLine, BaseSupervisor)> {
+/// Opens a base's line and waits for its first report.
+pub fn open(arguments: &LineArguments) -> anyhow::Result<(SerialLine, BaseSupervisor)> {
+    let (line, supervisor) = connect(arguments)?;
+    line.await_report(&supervisor).context("--port")?;
+    Ok((line, supervisor))
+}
+
+/// Opens a base's line, without a report yet.
+fn connect(arguments: &LineArguments) -> anyhow::Result<(SerialLine, BaseSupervisor)> {
     let kind = &arguments.kind;
     let line = load_line(&arguments.port, kind.protocol, kind.base_config.as_deref())?;
     line.warning().iter().for_each(output::warn);
     let supervisor = line.supervise(interrupt_flag()?).context("--port")?;
-    if release {
-        // No motion was commanded yet, so this fails only for a base that moves by itself.
-        supervisor.release()?;
-    }
-    line.await_report(&supervisor).context("--port")?;
     Ok((line, supervisor))
 }
 
 /// Commands a motion. Returns false if the base was stopped before the time was over.
 pub fn send(arguments: &SendArguments) -> anyhow::Result<bool> {
-    let (line, supervisor) = open(&arguments.line, arguments.release)?;
+    let (line, supervisor) = connect(&arguments.line)?;
+    if arguments.release {
+        // No motion was commanded yet, so this fails only for a base that moves by itself.
+        supervisor.release()?;
+    }
+    line.await_report(&supervisor).context("--port")?;
     let asked = Twist::new(arguments.linear, arguments.angular);
     // The supervisor limits every target likewise.
     let base = line.base();
@@ -306,7 +310,7 @@ pub fn is_still(status: &SupervisorStatus) -> bool {
 
 /// Prints a base's reports. Returns false if the base is silent at the end.
 pub fn monitor(arguments: &MonitorArguments) -> anyhow::Result<bool> {
-    let (_, supervisor) = open(&arguments.line, false)?;
+    let (_, supervisor) = open(&arguments.line)?;
     let start_s = supervisor.now_s();
     loop {
         let time_s = supervisor.now_s() - start_s;

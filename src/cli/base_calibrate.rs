@@ -216,7 +216,7 @@ pub fn run(arguments: &CalibrateArguments) -> anyhow::Result<bool> {
     if !arguments.yes {
         confirm(arguments)?;
     }
-    let (line, supervisor) = base::open(&arguments.line, false)?;
+    let (line, supervisor) = base::open(&arguments.line)?;
     let settings = line.config.base;
     let mut identifier = MotionIdentifier::new(&limits(&settings), ASSUMED_S);
     let failures = supervisor.status().counters.connection_failures;

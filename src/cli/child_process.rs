@@ -22,7 +22,7 @@ pub struct ChildProcess(LineProcess);
 impl ChildProcess {
     /// Starts the process without standard input.
     pub fn start(command: &mut Command) -> anyhow::Result<Self> {
-        let process = LineProcess::start(command, false);
+        let process = LineProcess::start_without_input(command);
         Ok(Self(process.context("this program cannot be started again")?))
     }
 

@@ -10,7 +10,7 @@ use inbye::input_file::read_bytes;
 use inbye::report::{BenchReport, bench_files, bench_svg};
 use serde_json::json;
 
-use super::files::{Output, ReportFolder, command_line};
+use super::files::{Output, ReportFolder, all_written, command_line};
 use super::output;
 
 /// Largest record, bytes: a million rows.
@@ -82,12 +82,12 @@ pub fn run(arguments: &DrawArguments) -> anyhow::Result<bool> {
         }
     }
     let svg = Output::create("--svg", arguments.svg.as_deref(), &["svg"])?;
-    svg.write(|| bench_svg(&report))?;
-    ReportFolder::create(arguments.report.as_deref())?.write(|| bench_files(&report))?;
+    let folder = ReportFolder::create(arguments.report.as_deref())?;
     let records = named()
         .map(|(path, record)| json!({ "file": path.to_string_lossy(), "title": record.title() }));
     let object = json!({ "records": records.collect::<Vec<_>>() });
     output::result(&object, &sources)?;
+    all_written([svg.write(|| bench_svg(&report)), folder.write(|| bench_files(&report))])?;
     Ok(true)
 }
 

@@ -3,8 +3,9 @@
 use std::str::FromStr;
 
 use inbye::geometry::{Point, Pose};
+use inbye::map::MovingDisc;
 use inbye::robot::Footprint;
-use inbye::sim::{MovingObstacle, TimedPath};
+use inbye::sim::{MovingObstacle, MovingObstacles, TimedPath};
 
 /// Radius of a person, metres.
 const RADIUS_M: f64 = 0.3;
@@ -76,10 +77,39 @@ impl FromStr for EmulatedPerson {
     }
 }
 
+/// All people of an emulation.
+pub struct EmulatedPeople {
+    /// Those who have not appeared yet, the next one last.
+    coming: Vec<EmulatedPerson>,
+    present: MovingObstacles,
+    last_s: f64,
+}
+
+impl EmulatedPeople {
+    pub fn new(mut people: Vec<EmulatedPerson>) -> Self {
+        people.sort_by(|one, other| other.from_s.total_cmp(&one.from_s));
+        Self { coming: people, present: MovingObstacles::default(), last_s: 0.0 }
+    }
+
+    /// Advances to a time, seconds, with the robot at a pose.
+    pub fn step(&mut self, now_s: f64, robot: &Pose, footprint: &Footprint) -> anyhow::Result<()> {
+        self.present.step(now_s - self.last_s, robot, footprint);
+        self.last_s = now_s;
+        while let Some(person) = self.coming.pop_if(|person| person.from_s <= now_s) {
+            self.present.push(person.appear(robot, footprint)?);
+        }
+        Ok(())
+    }
+
+    /// The people who have appeared.
+    pub fn discs(&self) -> Vec<MovingDisc> {
+        self.present.discs()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use inbye::runtime::Config;
-    use inbye::sim::MovingObstacles;
 
     use super::*;
 
@@ -101,6 +131,25 @@ mod tests {
         assert!((x_after(0.9) - 1.8).abs() < 1e-9);
         assert!((x_after(1.6) - 3.0).abs() < 1e-6);
         assert!((x_after(5.0) - 4.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn second_person_does_not_move_the_first_one() {
+        let footprint = Config::default().robot.footprint;
+        let robot = Pose::default();
+        let person = |text: &str| text.parse().expect("a person");
+        let mut people = EmulatedPeople::new(vec![person("9,0@3"), person("3,1,1@1")]);
+        let mut at = |now_s: f64| {
+            people.step(now_s, &robot, &footprint).expect("a path");
+            people.discs().iter().map(|disc| disc.y).collect::<Vec<_>>()
+        };
+        assert_eq!(at(0.5), [0.0; 0]);
+        assert_eq!(at(1.0), [1.0]);
+        // It has walked from 1 m left to 1 m right, and stays there.
+        for now_s in [3.0, 3.1] {
+            let ys = at(now_s);
+            assert!(ys.len() == 2 && (ys[0] + 1.0).abs() < 1e-6 && ys[1] == 0.0, "{ys:?}");
+        }
     }
 
     #[test]

@@ -7,11 +7,11 @@ use inbye::geometry::{Pose, Twist};
 use inbye::map::UnknownPolicy;
 use inbye::robot::Footprint;
 use inbye::runtime::Config;
-use inbye::sim::{Lidar, MovingObstacle, MovingObstacles, RotatingLidar, World};
+use inbye::sim::{Lidar, RotatingLidar, World};
 
 use super::arguments::Place;
 use super::base::EmulateArguments;
-use super::emulated_person::EmulatedPerson;
+use super::emulated_person::EmulatedPeople;
 use super::map_file;
 use super::pseudo_terminal::PseudoTerminal;
 
@@ -28,9 +28,7 @@ pub struct EmulatedSurroundings {
     origin: Pose,
     /// Place to which the robot is carried; none after that.
     carry_to: Option<Pose>,
-    people: Vec<EmulatedPerson>,
-    present: Vec<MovingObstacle>,
-    moving: MovingObstacles,
+    people: EmulatedPeople,
     footprint: Footprint,
     /// None after the lidar was unplugged.
     pair: Option<PseudoTerminal>,
@@ -38,7 +36,6 @@ pub struct EmulatedSurroundings {
     injector: LidarFaultInjector,
     until_s: f64,
     goal: Option<Place>,
-    last_s: f64,
     line: Vec<u8>,
     observed: Observed,
 }
@@ -105,22 +102,17 @@ impl EmulatedSurroundings {
                 "{flag} {x},{y}: the robot touches a wall of {file} or its edge there: choose a free place"
             );
         }
-        let mut people = arguments.person.clone();
-        people.sort_by(|one, other| other.from_s.total_cmp(&one.from_s));
         Ok(Some(Self {
             lidar: RotatingLidar::new(lidar, world, arguments.seed)?,
             origin: start.pose(),
             carry_to: arguments.carry_to.as_ref().map(Place::pose),
-            people,
-            present: Vec::new(),
-            moving: MovingObstacles::default(),
+            people: EmulatedPeople::new(arguments.person.clone()),
             footprint,
             pair: Some(PseudoTerminal::open()?),
             faults: arguments.fault.clone(),
             injector: LidarFaultInjector::new(&arguments.fault, arguments.seed),
             until_s: arguments.lidar_until.unwrap_or(f64::INFINITY),
             goal: arguments.goal,
-            last_s: 0.0,
             line: Vec::new(),
             observed: Observed {
                 min_gap_m: f64::INFINITY,
@@ -150,7 +142,8 @@ impl EmulatedSurroundings {
     pub fn step(&mut self, now_s: f64, pose: &Pose, twist: &Twist) -> anyhow::Result<()> {
         self.carry(now_s, pose);
         let map_pose = self.map_pose(pose);
-        self.move_people(now_s, &map_pose)?;
+        self.people.step(now_s, &map_pose, &self.footprint)?;
+        self.lidar.world.moving = self.people.discs();
         self.observe(now_s, &map_pose, twist);
         self.line.clear();
         self.lidar.step(now_s, &map_pose, &mut self.line);
@@ -176,21 +169,6 @@ impl EmulatedSurroundings {
             let at_power_on = pose.inverse_transform_pose(&Pose::default());
             self.origin = place.transform_pose(&at_power_on);
         }
-    }
-
-    fn move_people(&mut self, now_s: f64, robot: &Pose) -> anyhow::Result<()> {
-        self.moving.step(now_s - self.last_s, robot, &self.footprint);
-        self.last_s = now_s;
-        let mut is_new = false;
-        while let Some(person) = self.people.pop_if(|person| person.from_s <= now_s) {
-            self.present.push(person.appear(robot, &self.footprint)?);
-            is_new = true;
-        }
-        if is_new {
-            self.moving = MovingObstacles::new(self.present.clone());
-        }
-        self.lidar.world.moving = self.moving.discs();
-        Ok(())
     }
 
     fn observe(&mut self, now_s: f64, pose: &Pose, twist: &Twist) {

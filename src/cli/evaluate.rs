@@ -5,9 +5,11 @@ use std::path::PathBuf;
 use anyhow::Context;
 use clap::Args;
 use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest};
-use inbye::local::{Detail, Explainer, QuantizedProblem, Sampling, TrajectoryFan};
+use inbye::local::{
+    Counts, Detail, Explainer, QuantizedProblem, SampleSi, Sampling, TrajectoryFan, WinnerSi,
+};
 use inbye::report::{DecisionView, decision_svg};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use super::arguments::engine;
 use super::files::Output;
@@ -54,6 +56,21 @@ pub fn run(arguments: &EvaluateArguments) -> anyhow::Result<bool> {
     let digest = digest.hex();
     let explainer = Explainer::new(&problem, &quantized, &evaluation);
     let winner = explainer.winner(&evaluation);
+    let samples = arguments.samples.then(|| explainer.samples(&evaluation));
+    let object = json!({
+        "winner": winner,
+        "admissible": evaluation.counts.admissible,
+        "rejected": {
+            "collision": evaluation.counts.collision,
+            "cannot_stop": evaluation.counts.cannot_stop,
+            "outside": evaluation.counts.outside,
+        },
+        "sums": explainer.sums(),
+        "digest": digest,
+        "engine": engine.name(),
+    });
+    print(object, winner.as_ref(), &evaluation.counts, &digest, samples.as_deref())?;
+    // The result comes first: a picture that cannot be written must not cost it.
     svg.write(|| {
         let fan = TrajectoryFan::new(&problem, &quantized, &evaluation, DRAWN);
         let caption = winner.as_ref().map_or_else(
@@ -76,28 +93,24 @@ pub fn run(arguments: &EvaluateArguments) -> anyhow::Result<bool> {
             fan: &fan,
         })
     })?;
-    let samples = arguments.samples.then(|| explainer.samples(&evaluation));
-    let counts = &evaluation.counts;
+    Ok(winner.is_some())
+}
+
+/// Prints the decision: the object as JSON, or text.
+fn print(
+    mut object: Value,
+    winner: Option<&WinnerSi>,
+    counts: &Counts,
+    digest: &str,
+    samples: Option<&[SampleSi]>,
+) -> anyhow::Result<()> {
     if output::is_json() {
-        let mut object = json!({
-            "winner": winner,
-            "admissible": counts.admissible,
-            "rejected": {
-                "collision": counts.collision,
-                "cannot_stop": counts.cannot_stop,
-                "outside": counts.outside,
-            },
-            "sums": explainer.sums(),
-            "digest": digest,
-            "engine": engine.name(),
-        });
         if let Some(samples) = samples {
             object["samples"] = json!(samples);
         }
-        output::print_json(&object)?;
-        return Ok(winner.is_some());
+        return output::print_json(&object);
     }
-    match &winner {
+    match winner {
         None => output::line("no sample is admissible: stop"),
         Some(winner) => {
             output::line(format!(
@@ -132,5 +145,5 @@ pub fn run(arguments: &EvaluateArguments) -> anyhow::Result<bool> {
             ));
         }
     }
-    Ok(winner.is_some())
+    Ok(())
 }

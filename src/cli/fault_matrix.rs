@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use anyhow::ensure;
 use clap::Args;
 use inbye::bench::text_table;
 use inbye::experiment::{
@@ -45,15 +46,32 @@ pub struct FaultsArguments {
     pub record: Option<PathBuf>,
 }
 
+/// Names of the faults in simulation that are requested. That nothing is requested is an error: a check of nothing passes.
+fn selected(arguments: &FaultsArguments) -> anyhow::Result<Vec<&'static str>> {
+    let FaultsArguments { seeds, ref only, serial, .. } = *arguments;
+    ensure!(
+        seeds > 0 || serial > 0,
+        "--seeds 0 --serial 0: no fault is left: leave one of them out"
+    );
+    ensure!(
+        seeds > 0 || only.is_empty(),
+        "--only {only}: --seeds 0 leaves out all faults in simulation: leave one of them out"
+    );
+    let names = simulated_fault_names().filter(|name| name.contains(only));
+    let names: Vec<&str> = if seeds > 0 { names.collect() } else { Vec::new() };
+    let example = simulated_fault_names().next().unwrap_or_default();
+    ensure!(
+        seeds == 0 || !names.is_empty(),
+        "--only {only}: no fault in simulation has this text in its name: choose a part of one, such as `{example}`"
+    );
+    Ok(names)
+}
+
 /// Injects every fault. Returns false if a robot did not do what its row requires.
 pub fn run(arguments: &FaultsArguments) -> anyhow::Result<bool> {
     let record = Output::of_rows::<FaultRow>("--record", arguments.record.as_deref())?;
     let seeds: Vec<u64> = (1..=arguments.seeds).collect();
-    let names: Vec<&str> = if seeds.is_empty() {
-        Vec::new()
-    } else {
-        simulated_fault_names().filter(|name| name.contains(&arguments.only)).collect()
-    };
+    let names = selected(arguments)?;
     let bar = output::progress(names.len() as u64 * arguments.seeds, "faults", "drives");
     let mut rows = simulated_faults(&names, &seeds, || bar.inc(1))?;
     bar.finish_and_clear();

@@ -7,7 +7,7 @@ use std::sync::Once;
 use anyhow::Context;
 use inbye::experiment::Cell;
 
-use super::result_store::{NO_LOCKS, lock_file, try_lock};
+use super::result_store::{Lock, NO_LOCKS, lock_file, try_lock};
 use super::{machine, output};
 
 /// Name of the lock file.
@@ -24,13 +24,16 @@ pub fn of(cell: &Cell) -> anyhow::Result<File> {
     let place = || path.display().to_string();
     fs::create_dir_all(&folder).with_context(place)?;
     let file = lock_file(&path)?;
-    let is_alone = cell.row.latency;
-    if !try_lock(&file, is_alone).with_context(place)? {
+    let kind = if cell.row.latency { Lock::Exclusive } else { Lock::Shared };
+    if !try_lock(&file, kind).with_context(place)? {
         HAS_NOTED_WAIT.call_once(|| {
-            let other = if is_alone { "runs cells" } else { "measures latency" };
+            let other = if cell.row.latency { "runs cells" } else { "measures latency" };
             output::note(format!("waiting: another process {other} ({})", place()));
         });
-        let locked = if is_alone { file.lock() } else { file.lock_shared() };
+        let locked = match kind {
+            Lock::Exclusive => file.lock(),
+            Lock::Shared => file.lock_shared(),
+        };
         locked.context(NO_LOCKS).with_context(place)?;
     }
     Ok(file)

@@ -41,7 +41,7 @@ const COLUMNS: &str = "case seed outcome travelled_m pose_error_max_m pose_error
     With --log the localizer gets the odometry and scans of a real robot, on --map or on a map made from the log's own corrected \
     poses. The errors are relative to these poses, after a rigid alignment, and with --relations to ground truth. Formats: those of \
     `inbye map`.\n\
-    Exit status 1: the localizer was lost at the end of the log; a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad, or \
+    Exit status 1: the localizer was lost at the end of the log, or after more than half of its scans; a tour (cases tour and people) touched something, did not end, or was off by more than 0.05 m or 0.02 rad, or \
     a drive of any case did not start.")]
 pub struct LocalizationArguments {
     /// Map of the world, in any format that `drive` reads; needs --start and --goal. With --log: the map of the log.
@@ -93,9 +93,7 @@ pub fn run(arguments: &LocalizationArguments) -> anyhow::Result<bool> {
     if let Some(log) = &arguments.log.log {
         return log_localization::run(arguments, log);
     }
-    if arguments.log.truth.relations.is_some() {
-        bail!("--relations belongs to --log: name the log");
-    }
+    arguments.log.check_absence()?;
     let site = Arc::new(site(arguments)?);
     let all = LocalizationCase::ALL;
     let cases = if arguments.case.is_empty() { &all[..] } else { &arguments.case };

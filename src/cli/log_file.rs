@@ -65,7 +65,7 @@ impl LogFileArguments {
     }
 
     /// The options that choose a topic, with their values: of the scans, and of the odometry.
-    fn topics(&self) -> [(&'static str, Option<&str>); 2] {
+    pub fn topics(&self) -> [(&'static str, Option<&str>); 2] {
         [
             ("--scan-topic", self.scan_topic.as_deref()),
             ("--odometry-topic", self.odometry_topic.as_deref()),

@@ -18,7 +18,8 @@ use super::map_log::warn_of_jump;
 use super::{machine, map_file, output};
 
 /// The flags of drives, which a log does not have.
-const OF_DRIVES: [&str; 7] = ["goal", "case", "seeds", "seed", "tour", "slip", "out"];
+const OF_DRIVES: [&str; 9] =
+    ["goal", "case", "seeds", "seed", "tour", "slip", "out", "record", "threads"];
 
 /// The flags of a log.
 #[derive(Debug, Args)]
@@ -30,6 +31,17 @@ pub struct LogArguments {
     pub file: LogFileArguments,
     #[command(flatten)]
     pub truth: TruthArguments,
+}
+
+impl LogArguments {
+    /// Rejects the flags of a log where none is named: they would do nothing.
+    pub fn check_absence(&self) -> anyhow::Result<()> {
+        let [scans, odometry] = self.file.topics().map(|(flag, topic)| (flag, topic.is_some()));
+        for (flag, is_set) in [("--relations", self.truth.relations.is_some()), scans, odometry] {
+            ensure!(!is_set, "{flag} belongs to --log: name the log");
+        }
+        Ok(())
+    }
 }
 
 /// The ground truth of a log.

@@ -88,6 +88,8 @@ use base::BaseCommand;
 use clap::{Args, Parser, Subcommand};
 use inbye::runtime::hardware::HardwareError;
 use output::OutputArguments;
+#[cfg(unix)]
+use stop_signals::OnStopSignal;
 
 /// The error of commands whose output is no result.
 const NO_JSON: &str = "--json: this command has no JSON output: leave the flag out";
@@ -248,9 +250,11 @@ fn run(arguments: &Arguments) -> anyhow::Result<bool> {
     );
     #[cfg(unix)]
     match command {
-        Command::Drive(drive) if drive.hardware.port.is_some() => stop_signals::catch(true)?,
-        Command::Node(_) => stop_signals::catch(true)?,
-        Command::Base(base) if base.opens_line() => stop_signals::catch(false)?,
+        Command::Drive(drive) if drive.hardware.port.is_some() => {
+            stop_signals::catch(OnStopSignal::StopRobot)?;
+        }
+        Command::Node(_) => stop_signals::catch(OnStopSignal::StopRobot)?,
+        Command::Base(base) if base.opens_line() => stop_signals::catch(OnStopSignal::EndProgram)?,
         _ => {}
     }
     match command {

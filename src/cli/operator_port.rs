@@ -40,6 +40,13 @@ enum Progress {
     Gone,
 }
 
+/// Whether more of a request's head may come.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Head {
+    MayGrow,
+    IsOver,
+}
+
 /// Serves the port as long as it exists.
 pub fn serve(listener: &TcpListener, operator: &Operator) {
     let mut clients: Vec<Client> = Vec::new();
@@ -50,7 +57,7 @@ pub fn serve(listener: &TcpListener, operator: &Operator) {
         }
         if let Ok(client) = accept(listener) {
             if clients.len() == MAX_CLIENTS {
-                clients.remove(0).obey_stop(true, operator);
+                clients.remove(0).obey_stop(Head::IsOver, operator);
             }
             clients.push(client);
         } else {
@@ -71,7 +78,7 @@ fn serve_clients(clients: &mut Vec<Client>, operator: &Operator) {
     clients.retain_mut(|client| {
         let progress = client.read();
         let stays = progress == Progress::Waiting && client.since.elapsed() < REQUEST_TIME;
-        client.obey_stop(!stays, operator);
+        client.obey_stop(if stays { Head::MayGrow } else { Head::IsOver }, operator);
         if progress == Progress::Complete {
             client.answer(operator);
         }
@@ -106,10 +113,10 @@ impl Client {
         Progress::Gone
     }
 
-    /// Stops the robot if the request asks for it, once its first line is complete or `is_last` tells that no more of it counts.
-    fn obey_stop(&mut self, is_last: bool, operator: &Operator) {
+    /// Stops the robot if the request asks for it, once its first line is complete or no more of it comes.
+    fn obey_stop(&mut self, head: Head, operator: &Operator) {
         let line = self.head.split(|&byte| byte == b'\n').next().unwrap_or_default();
-        let is_complete = is_last || line.len() < self.head.len();
+        let is_complete = head == Head::IsOver || line.len() < self.head.len();
         if self.has_stopped || !is_complete || !asks_for_stop(&String::from_utf8_lossy(line)) {
             return;
         }

@@ -7,8 +7,10 @@ use clap::Args;
 use inbye::bench::paper::{
     MINE_SEARCHES, SEARCHES, Search, Site, TaskRuns, made_mine, measure, path_tables,
 };
-use inbye::experiment::paper_drives::{Course, PaperTable, TRAFFIC, drive_table, drive_worlds};
-use inbye::experiment::{Grid, Setup, TrafficKind, World, run_in_order};
+use inbye::experiment::paper_drives::{
+    Course, DriveTable, PaperTable, TRAFFIC, drive_table, drive_worlds,
+};
+use inbye::experiment::{Grid, RunRow, Setup, TrafficKind, World, run_in_order};
 use inbye::local::CpuEngine;
 use inbye::report::{PaperReport, paper_files, paper_text};
 use inbye::runtime::{Config, Observer, Trace};
@@ -75,12 +77,9 @@ pub fn run(arguments: &PaperArguments) -> anyhow::Result<bool> {
     let worlds = drive_worlds(&courses);
     let (rows, recorded) = drives(arguments, &worlds, &config)?;
     let (paths, steps) = path_tables(&roadways, &mine_paths, &mine.title);
-    let rows = rows.chunks(courses.len() * arguments.runs.max(1));
-    let drive_tables =
-        TRAFFIC.into_iter().zip(rows).map(|(traffic, rows)| drive_table(traffic, rows.to_vec()));
     let tables: Vec<PaperTable> = (paths.into_iter().map(PaperTable::Paths))
         .chain(steps.into_iter().map(PaperTable::Ablation))
-        .chain(drive_tables.map(PaperTable::Drives))
+        .chain(drive_tables(&rows).map(PaperTable::Drives))
         .collect();
     let roadways: Vec<(&Site, &TaskRuns)> = sites.iter().zip(&roadways).collect();
     let mut faults: Vec<String> =
@@ -113,6 +112,15 @@ pub fn run(arguments: &PaperArguments) -> anyhow::Result<bool> {
     }
     all_written(written)?;
     Ok(faults.is_empty())
+}
+
+/// A table of the drives in each kind of traffic. An interrupted experiment has fewer of some.
+fn drive_tables(rows: &[RunRow]) -> impl Iterator<Item = DriveTable> {
+    TRAFFIC.into_iter().filter_map(|traffic| {
+        let rows: Vec<RunRow> =
+            rows.iter().filter(|row| row.traffic == Some(traffic)).cloned().collect();
+        (!rows.is_empty()).then(|| drive_table(traffic, rows))
+    })
 }
 
 /// All drives; none with `--runs 0`.
@@ -162,4 +170,18 @@ fn command(arguments: &PaperArguments) -> String {
     format!(
         "inbye bench paper{mine} --repetitions {repetitions} --runs {runs} --seed {seed} --report DIR"
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_have_the_drives_of_their_traffic_after_an_interruption() {
+        let row = |traffic, seed| RunRow { traffic: Some(traffic), seed, ..RunRow::default() };
+        let rows = [row(TRAFFIC[0], 1), row(TRAFFIC[0], 2), row(TRAFFIC[0], 3), row(TRAFFIC[2], 1)];
+        let tables: Vec<_> =
+            drive_tables(&rows).map(|table| (table.traffic, table.rows.len())).collect();
+        assert_eq!(tables, [(TRAFFIC[0], 3), (TRAFFIC[2], 1)]);
+    }
 }

@@ -12,11 +12,12 @@ use inbye::runtime::Config;
 use serde_json::{Value, json};
 
 use super::arguments::{MAX_COORDINATE, Place, real};
+use super::files::all_written;
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
 use super::output;
 use super::own_programs::GlobalPlannerArgument;
 use super::plan_drawing::Drawing;
-use super::plan_result::{self, LegFailure, PlanTask};
+use super::plan_result::{self, LegFailure, PlanResult, PlanTask};
 
 /// `inbye plan`.
 #[derive(Debug, Args)]
@@ -61,10 +62,19 @@ pub fn run(arguments: &PlanArguments) -> anyhow::Result<bool> {
         NavigationMap { obstacles: map.obstacles(config.unknown), zones: zones.clone() }.closed();
     let drawing = Drawing::create(arguments)?;
     let plan = plan_result::plan(&task, config, &known);
-    drawing.write(&task, &input, &plan)?;
+    // The result comes first: a picture that cannot be written must not cost it.
+    let answered = answer(&plan, &input, arguments);
+    let is_found = matches!(answered, Ok(true));
+    all_written([answered.map(drop), drawing.write(&task, &input, &plan)])?;
+    Ok(is_found)
+}
+
+/// Prints the path, or that there is none. Returns whether there is one.
+fn answer(plan: &PlanResult, input: &MapInput, arguments: &PlanArguments) -> anyhow::Result<bool> {
     if let Some(failure) = &plan.failure {
-        return no_path(failure, &input, arguments);
+        return no_path(failure, input, arguments);
     }
+    let MapInput { map, config, .. } = input;
     let mut object = plan.object();
     object["unknown"] = map_file::unknown_cells_json(map, config.unknown);
     let unknown = map_file::unknown_cells_text(map, config.unknown);

@@ -7,7 +7,7 @@ use inbye::global::PlanError;
 use inbye::report::{PathStages, PlanMetrics, PlanOutcome, PlanView, plan_svg};
 
 use super::arguments::Place;
-use super::files::Output;
+use super::files::{Output, all_written};
 use super::map_file::MapInput;
 use super::plan::PlanArguments;
 use super::plan_result::{LegFailure, PlanResult, PlanTask};
@@ -84,11 +84,12 @@ impl<'a> Drawing<'a> {
             stages,
             outcome,
         });
-        if self.png.is_requested() {
-            let pixels = pixels(&svg, PNG_WIDTH)?;
-            self.png.write(|| pixels)?;
-        }
-        self.svg.write(|| svg)
+        let png = if self.png.is_requested() {
+            pixels(&svg, PNG_WIDTH).and_then(|pixels| self.png.write(|| pixels))
+        } else {
+            Ok(())
+        };
+        all_written([png, self.svg.write(|| svg)])
     }
 }
 

@@ -55,7 +55,7 @@ mod server {
     use std::thread;
     use std::time::Duration;
 
-    use anyhow::{Context, bail};
+    use anyhow::{Context, bail, ensure};
     use inbye::local::Problem;
     use inbye::playground::{self, FieldLookup, Scene};
     use inbye::runtime::Config;
@@ -126,6 +126,10 @@ mod server {
     /// Reads a problem in the format of `problem.json`.
     fn parse(text: &str, field: FieldLookup<'_>) -> Result<Problem, String> {
         let parsed = problem_file::parse_on(text, |map, unknown| {
+            ensure!(
+                map.name().is_none() || !map.has_resolution(),
+                "map.resolution_m: a scene states its own resolution: leave it out"
+            );
             field(map.name(), unknown).map_err(anyhow::Error::msg)
         });
         parsed.map_err(|error| format!("{error:#}"))

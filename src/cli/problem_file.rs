@@ -71,6 +71,21 @@ pub struct MapSource {
 }
 
 impl MapSource {
+    /// The keys that only a map of rows has are errors with a file: they would do nothing.
+    fn check(&self) -> anyhow::Result<()> {
+        ensure!(
+            self.name().is_none() || self.origin.is_none(),
+            "map.origin: it is only for map.rows: leave it out"
+        );
+        Ok(())
+    }
+
+    /// Whether the size of a cell is stated.
+    #[cfg(feature = "playground")]
+    pub const fn has_resolution(&self) -> bool {
+        self.resolution_m.is_some()
+    }
+
     /// The file name; none if the map is given as rows.
     pub fn name(&self) -> Option<&str> {
         match self {
@@ -123,7 +138,8 @@ pub fn parse_on(
     let file: ProblemFile =
         serde_json::from_str(text).map_err(|error| anyhow!(one_line(&error, text)))?;
     let at = |key: &str| format!("line {}", line_in_json(key, text).unwrap_or(1));
-    let field = field(&file.map, file.unknown).with_context(|| at("map"))?;
+    let field = file.map.check().and_then(|()| field(&file.map, file.unknown));
+    let field = field.with_context(|| at("map"))?;
     problem(file, &field).map_err(|error| {
         let place = at(&error.key_path().unwrap_or_default());
         anyhow!(error).context(place)

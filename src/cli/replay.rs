@@ -1,5 +1,6 @@
 //! `inbye replay`.
 
+use core::ops::ControlFlow;
 use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
@@ -66,15 +67,12 @@ pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
         if let Some(playback) = &mut playback {
             playback.record(tick);
         }
+        ControlFlow::Continue(())
     };
     let planner = arguments.global_planner.as_ref().map(Words::command);
     let replay = replay(&mut recording, engine, planner, &mut on_tick)
         .map_err(with_option)
         .with_context(name)?;
-    if replay.ticks == 0 {
-        let missing = "tick";
-        return Err(RecordingError::NotOurs { missing }).with_context(name);
-    }
     let (ticks, engine) = (replay.ticks, &replay.engine);
     let difference = replay.first_difference.as_ref();
     let (incidents, cpu_ticks) = (replay.drive.incidents.as_ref(), replay.cpu_ticks());

@@ -36,6 +36,20 @@ pub struct ResultStore {
     _in_use: File,
 }
 
+/// What to do about a cell that another process runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum IfBusy {
+    Skip,
+    Wait,
+}
+
+/// The kind of a lock on a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lock {
+    Exclusive,
+    Shared,
+}
+
 /// The right to run a cell; released when this is dropped.
 pub struct Claim {
     path: PathBuf,
@@ -68,7 +82,7 @@ impl ResultStore {
                 break;
             }
             in_use.unlock()?;
-            if !try_lock(&in_use, true)? {
+            if !try_lock(&in_use, Lock::Exclusive)? {
                 // Of several processes that start a new plan at the same time one writes it.
                 attempts += 1;
                 ensure!(
@@ -90,33 +104,19 @@ impl ResultStore {
         Ok((in_use, log))
     }
 
-    /// Whether a cell has its result. A damaged result is an error.
-    pub fn has(&self, key: &str) -> anyhow::Result<bool> {
-        Ok(self.row(key)?.is_some())
-    }
-
-    /// The result of a cell, if it has one.
+    /// The result of a cell, if it has one. A damaged result is an error.
     pub fn row(&self, key: &str) -> anyhow::Result<Option<RunRow>> {
         Ok(read_cell(&self.path, key)?.map(|(_, file)| file.row))
     }
 
-    /// Removes the result of a cell, so that it is driven again.
-    pub fn remove(&self, key: &str) -> anyhow::Result<()> {
-        match fs::remove_file(cell_path(&self.path, key)) {
-            // Another process may have removed it.
-            Err(error) if error.kind() != ErrorKind::NotFound => Err(error.into()),
-            _ => Ok(()),
-        }
-    }
-
-    /// Claims a cell for this process; none where another process has it, unless `wait` is set.
-    pub fn claim(&self, key: &str, wait: bool) -> anyhow::Result<Option<Claim>> {
+    /// Claims a cell for this process; none where another process has it and this one does not wait.
+    pub fn claim(&self, key: &str, if_busy: IfBusy) -> anyhow::Result<Option<Claim>> {
         let path = self.path.join(CLAIMS).join(format!("{key}.lock"));
         let lock = lock_file(&path)?;
-        if wait {
-            lock.lock().context(NO_LOCKS)?;
-        } else if !try_lock(&lock, true)? {
-            return Ok(None);
+        match if_busy {
+            IfBusy::Wait => lock.lock().context(NO_LOCKS)?,
+            IfBusy::Skip if try_lock(&lock, Lock::Exclusive)? => {}
+            IfBusy::Skip => return Ok(None),
         }
         Ok(Some(Claim { path, _lock: lock }))
     }
@@ -184,9 +184,13 @@ pub fn lock_file(path: &Path) -> anyhow::Result<File> {
     opened.with_context(|| format!("{}: cannot be opened", path.display()))
 }
 
-/// Locks a file, alone or shared; returns false if a lock of another process prevents it.
-pub fn try_lock(file: &File, is_alone: bool) -> anyhow::Result<bool> {
-    match if is_alone { file.try_lock() } else { file.try_lock_shared() } {
+/// Locks a file; returns false if a lock of another process prevents it.
+pub fn try_lock(file: &File, kind: Lock) -> anyhow::Result<bool> {
+    let locked = match kind {
+        Lock::Exclusive => file.try_lock(),
+        Lock::Shared => file.try_lock_shared(),
+    };
+    match locked {
         Ok(()) => Ok(true),
         Err(TryLockError::WouldBlock) => Ok(false),
         Err(TryLockError::Error(error)) => Err(error).context(NO_LOCKS),

@@ -1,5 +1,6 @@
 //! Runs the cells of experiments on threads of this process, next to other processes, and prints runs and their groups.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
@@ -17,7 +18,7 @@ use super::files::Output;
 use super::latency_lock;
 use super::machine::{self, interrupt_flag, is_interrupted, wall_clock};
 use super::output;
-use super::result_store::{self, ResultStore};
+use super::result_store::{self, IfBusy, ResultStore};
 
 /// Arguments that all built-in experiments have.
 #[derive(Debug, Args)]
@@ -135,6 +136,9 @@ pub struct Workers<'a> {
     pub engines: SharedEngines,
 }
 
+/// Keys of the cells whose earlier runs a program failed.
+type Failed<'a> = BTreeSet<&'a str>;
+
 /// What was done with a cell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Done {
@@ -167,29 +171,27 @@ impl Workers<'_> {
     /// Checks the programs of the cells that have no final result, then runs these cells, this many at a time, and then the latency
     /// cells, one at a time. Waits for cells that other processes run, and runs them here if that process ends without a result.
     pub fn run(&self, cells: &[&Cell], jobs: usize) -> anyhow::Result<Vec<(String, Done)>> {
-        let (mut open, mut failed) = (Vec::new(), 0);
+        let (mut open, mut failed) = (Vec::new(), Failed::new());
         for &cell in cells.iter().filter(|cell| cell.has_programs()) {
             match self.store.row(&cell.row.key)? {
                 Some(row) if !cell.is_failed_by_machine(&row) => continue,
-                Some(_) => {
-                    self.store.remove(&cell.row.key)?;
-                    failed += 1;
-                }
+                Some(_) => drop(failed.insert(&cell.row.key)),
                 None => {}
             }
             open.push(cell);
         }
-        if failed > 0 {
+        if !failed.is_empty() {
             output::note(format!(
-                "{failed} earlier runs in which a program did not start or did not answer are driven again"
+                "{} earlier runs in which a program did not start or did not answer are driven again",
+                failed.len()
             ));
         }
         check_programs(open)?;
         let bar = output::progress(cells.len() as u64, self.title, "runs");
         let (exclusive, shared): (Vec<&Cell>, Vec<&Cell>) =
             cells.iter().copied().partition(|cell| cell.row.latency);
-        let mut done = self.pass(shared, jobs, &bar)?;
-        done.extend(self.pass(exclusive, 1, &bar)?);
+        let mut done = self.pass(shared, &failed, jobs, &bar)?;
+        done.extend(self.pass(exclusive, &failed, 1, &bar)?);
         bar.finish_and_clear();
         Ok(done)
     }
@@ -198,13 +200,16 @@ impl Workers<'_> {
     fn pass(
         &self,
         mut open: Vec<&Cell>,
+        failed: &Failed<'_>,
         jobs: usize,
         bar: &ProgressBar,
     ) -> anyhow::Result<Vec<(String, Done)>> {
         let mut done = Vec::new();
-        for wait in [false, true] {
+        for if_busy in [IfBusy::Skip, IfBusy::Wait] {
             let mut busy = Vec::new();
-            let work = |cell: &&Cell| anyhow::Ok((cell.row.key.clone(), self.cell(cell, wait)?));
+            let work = |cell: &&Cell| {
+                anyhow::Ok((cell.row.key.clone(), self.cell(cell, failed, if_busy)?))
+            };
             run_jobs(&open, jobs, work, |(key, one)| {
                 if one == Done::Busy {
                     busy.push(key);
@@ -219,19 +224,28 @@ impl Workers<'_> {
         Ok(done)
     }
 
-    fn cell(&self, cell: &Cell, wait: bool) -> anyhow::Result<Done> {
+    /// Whether a cell has a result that need not be driven again. A failed one stays until a better one replaces it: another process
+    /// may have written the better one already.
+    fn has_result(&self, cell: &Cell, failed: &Failed<'_>) -> anyhow::Result<bool> {
+        let row = self.store.row(&cell.row.key)?;
+        Ok(row.is_some_and(|row| {
+            !failed.contains(&*cell.row.key) || !cell.is_failed_by_machine(&row)
+        }))
+    }
+
+    fn cell(&self, cell: &Cell, failed: &Failed<'_>, if_busy: IfBusy) -> anyhow::Result<Done> {
         let store = self.store;
         if is_interrupted() {
             return Ok(Done::Interrupted);
         }
-        if store.has(&cell.row.key)? {
+        if self.has_result(cell, failed)? {
             return Ok(Done::Found);
         }
-        let Some(claim) = store.claim(&cell.row.key, wait)? else {
+        let Some(claim) = store.claim(&cell.row.key, if_busy)? else {
             return Ok(Done::Busy);
         };
         // Another process may have finished it in between.
-        if store.has(&cell.row.key)? {
+        if self.has_result(cell, failed)? {
             claim.done();
             return Ok(Done::Found);
         }

@@ -39,9 +39,17 @@ pub fn take_stop_signal() -> bool {
     STOP_SIGNAL.swap(false, Ordering::SeqCst)
 }
 
-/// Catches every signal that would end or suspend the program. SIGUSR1 stops the robot of a command with an operator, who may arm
-/// it again; it ends every other command.
-pub fn catch(has_operator: bool) -> anyhow::Result<()> {
+/// What SIGUSR1 does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnStopSignal {
+    /// It stops the robot of a command with an operator, who may arm it again.
+    StopRobot,
+    /// It ends every other command.
+    EndProgram,
+}
+
+/// Catches every signal that would end or suspend the program.
+pub fn catch(on_stop_signal: OnStopSignal) -> anyhow::Result<()> {
     extern "C" fn stop(_: core::ffi::c_int) {
         STOP_SIGNAL.store(true, Ordering::SeqCst);
     }
@@ -55,7 +63,10 @@ pub fn catch(has_operator: bool) -> anyhow::Result<()> {
     for signal in IGNORED {
         set(signal, SigHandler::SigIgn)?;
     }
-    let on_stop = if has_operator { stop } else { end };
+    let on_stop = match on_stop_signal {
+        OnStopSignal::StopRobot => stop,
+        OnStopSignal::EndProgram => end,
+    };
     set(Signal::SIGUSR1, SigHandler::Handler(on_stop))?;
     Ok(())
 }

@@ -178,7 +178,7 @@ fn list(grid: &Grid, cells: &[&Cell], folder: Option<&ResultStore>) -> anyhow::R
             line["also"] = json!(also);
         }
         if let Some(folder) = folder {
-            line["done"] = json!(folder.has(&cell.row.key)?);
+            line["done"] = json!(folder.row(&cell.row.key)?.is_some());
         }
         lines.push(line);
     }

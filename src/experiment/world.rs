@@ -192,9 +192,10 @@ impl World {
 
     /// The row of a run before its start.
     pub(super) fn row(&self, config: &Config, engine: &str, seed: u64) -> RunRow {
-        let case = match self.source.as_ref() {
-            WorldSource::Localization { case, .. } => Some(*case),
-            _ => None,
+        let (case, traffic) = match self.source.as_ref() {
+            WorldSource::Localization { case, .. } => (Some(*case), None),
+            WorldSource::Route(route) => (None, route.traffic),
+            _ => (None, None),
         };
         RunRow {
             kind: self.kind,
@@ -205,6 +206,7 @@ impl World {
             seed,
             latency: self.latency,
             case,
+            traffic,
             ..RunRow::default()
         }
     }

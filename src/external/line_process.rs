@@ -86,12 +86,23 @@ pub struct LineProcess {
 }
 
 impl LineProcess {
-    /// Starts the process, with or without standard input.
+    /// Starts the process, which reads lines from its standard input.
     ///
     /// # Errors
     /// When it cannot be started.
-    pub fn start(command: &mut Command, has_input: bool) -> io::Result<Self> {
-        let stdin = if has_input { Stdio::piped() } else { Stdio::null() };
+    pub fn start(command: &mut Command) -> io::Result<Self> {
+        Self::start_with(command, Stdio::piped())
+    }
+
+    /// Starts the process with an empty standard input.
+    ///
+    /// # Errors
+    /// When it cannot be started.
+    pub fn start_without_input(command: &mut Command) -> io::Result<Self> {
+        Self::start_with(command, Stdio::null())
+    }
+
+    fn start_with(command: &mut Command, stdin: Stdio) -> io::Result<Self> {
         command.stdin(stdin).stdout(Stdio::piped()).stderr(Stdio::piped());
         #[cfg(unix)]
         std::os::unix::process::CommandExt::process_group(command, 0);
@@ -353,7 +364,13 @@ mod tests {
 
     fn shell(script: &str, has_input: bool) -> LineProcess {
         let mut command = Command::new("sh");
-        LineProcess::start(command.args(["-c", script]), has_input).expect("a shell")
+        command.args(["-c", script]);
+        let started = if has_input {
+            LineProcess::start(&mut command)
+        } else {
+            LineProcess::start_without_input(&mut command)
+        };
+        started.expect("a shell")
     }
 
     /// A pipe holds 64 KiB: a process that writes more to an unread one waits for ever.

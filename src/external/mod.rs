@@ -71,7 +71,7 @@ impl Program {
     /// Starts a program and sends the first message.
     pub fn start(settings: &ProgramSettings, first: &Request<'_>) -> Result<Self, String> {
         let mut command = settings.to_command();
-        let process = LineProcess::start(&mut command, true)
+        let process = LineProcess::start(&mut command)
             .map_err(|error| format!("cannot be started: {error}{}", searched(settings)))?;
         let timeout = Duration::from_secs_f64(settings.timeout_s);
         let (name, wants) = (settings.to_string(), Vec::new());

@@ -37,7 +37,7 @@ enum Record {
 /// corrected ones.
 pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
     let offsets = Offsets::parse(text)?;
-    let mut records = records(text, false)?;
+    let mut records = records(text, RawScans::Skip)?;
     if !records.iter().any(|record| matches!(record, Record::Scan(_))) {
         records = raw_records(text, &offsets)?;
     }
@@ -81,7 +81,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
 pub(super) fn parse_gmapping(text: &str) -> Result<Vec<LogRecord>, LogError> {
     let mut parsed = Vec::new();
     let (mut odometry, mut last): (Pose, Option<Pose>) = (Pose::default(), None);
-    for record in records(text, false)? {
+    for record in records(text, RawScans::Skip)? {
         match record {
             Record::Odometry(time_s, pose) => {
                 odometry = last.map_or(pose, |last| {
@@ -109,7 +109,7 @@ pub(super) fn parse_gmapping(text: &str) -> Result<Vec<LogRecord>, LogError> {
 
 /// Reads all lines of a log whose scans have no poses: they have those by the odometry at their times.
 fn raw_records(text: &str, offsets: &Offsets) -> Result<Vec<Record>, LogError> {
-    let mut records = records(text, true)?;
+    let mut records = records(text, RawScans::Read)?;
     let odometry = records.iter().filter_map(|record| match record {
         Record::Odometry(time_s, pose) => Some((*time_s, *pose)),
         Record::Scan(_) => None,
@@ -141,31 +141,51 @@ fn pose_at(poses: &[(f64, Pose)], time_s: f64) -> Pose {
 
 /// Reads all lines. Messages that hold neither scans nor odometry are skipped, and so are scans without poses unless they are
 /// wanted.
-fn records(text: &str, with_raw: bool) -> Result<Vec<Record>, LogError> {
+fn records(text: &str, raw_scans: RawScans) -> Result<Vec<Record>, LogError> {
     let mut records = Vec::new();
-    for (index, line) in text.lines().enumerate() {
+    let mut lines = text.lines().enumerate().peekable();
+    // The names of most loggers follow each time, and their own time.
+    let mut names_logger = false;
+    while let Some((index, line)) = lines.next() {
         let mut words = line.split_whitespace();
         let name = words.next().unwrap_or("#");
         let fields = |record| Fields::new(index + 1, record, words);
-        match name {
-            "ODOM" => {
-                let mut fields = fields("ODOM");
-                let pose = fields.pose("pose")?;
-                fields.skip(3, "speeds")?;
-                records.push(Record::Odometry(fields.number("time")?, pose));
-            }
-            "FLASER" => records.push(Record::Scan(old_scan(fields("FLASER"))?)),
-            "RLASER" => records.push(Record::Scan(old_scan(fields("RLASER"))?)),
-            "ROBOTLASER1" => records.push(Record::Scan(scan(fields("ROBOTLASER1"))?)),
-            RAW if with_raw => records.push(Record::Scan(scan(fields(RAW))?)),
+        let mut fields = match name {
+            "ODOM" => fields("ODOM"),
+            "FLASER" => fields("FLASER"),
+            "RLASER" => fields("RLASER"),
+            "ROBOTLASER1" => fields("ROBOTLASER1"),
+            RAW if raw_scans == RawScans::Read => fields(RAW),
             name if !is_name(name) => {
                 let expected = "the name of a CARMEN message, or #";
                 return Err(fields("a line").bad("first word", name, expected));
             }
-            _ => {}
+            _ => continue,
+        };
+        records.push(match name {
+            "ODOM" => {
+                let pose = fields.pose("pose")?;
+                fields.skip(3, "speeds")?;
+                Record::Odometry(fields.number("time")?, pose)
+            }
+            "FLASER" | "RLASER" => Record::Scan(old_scan(&mut fields)?),
+            _ => Record::Scan(scan(&mut fields)?),
+        });
+        // A time may have lost its last digits.
+        let is_last = lines.peek().is_none() && !text.ends_with('\n');
+        if names_logger && is_last {
+            fields.skip(1, "name of the logger")?;
         }
+        names_logger |= !fields.is_empty();
     }
     Ok(records)
+}
+
+/// What to do with scans without poses.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum RawScans {
+    Read,
+    Skip,
 }
 
 /// Whether a word is the name of a message or begins a comment.
@@ -178,7 +198,7 @@ fn is_name(word: &str) -> bool {
 }
 
 /// `FLASER` and `RLASER`: readings, laser pose, robot pose, time.
-fn old_scan(mut fields: Fields<'_>) -> Result<Line, LogError> {
+fn old_scan(fields: &mut Fields<'_>) -> Result<Line, LogError> {
     let count = fields.count("number of readings")?;
     let readings = fields.numbers(count, "readings")?;
     let laser = fields.pose("laser pose")?;
@@ -197,7 +217,7 @@ fn old_scan(mut fields: Fields<'_>) -> Result<Line, LogError> {
 
 /// `ROBOTLASER1`: configuration, readings, remissions, laser pose, robot pose, speeds and safety distances, time. `RAWLASER1` has
 /// no poses, speeds and distances.
-fn scan(mut fields: Fields<'_>) -> Result<Line, LogError> {
+fn scan(fields: &mut Fields<'_>) -> Result<Line, LogError> {
     fields.skip(1, "laser type")?;
     let first = fields.number("start angle")?;
     fields.skip(1, "field of view")?;

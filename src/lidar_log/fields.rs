@@ -61,6 +61,11 @@ impl<'a> Fields<'a> {
         Ok(Pose::new(x, y, wrap_angle(self.number(field)?)))
     }
 
+    /// Whether all fields were read.
+    pub fn is_empty(&self) -> bool {
+        self.words.clone().next().is_none()
+    }
+
     /// Skips fields that are not used.
     pub fn skip(&mut self, count: usize, field: &'static str) -> Result<(), LogError> {
         (0..count).try_for_each(|_| self.word(field).map(drop))

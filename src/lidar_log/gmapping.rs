@@ -31,7 +31,11 @@ pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
             Some("PARAM") => {
                 let mut fields = fields("PARAM");
                 if fields.word("name")? == "maxrange" {
-                    range_max = fields.number("value")?.min(SICK_RANGE_M);
+                    let value = fields.number("value")?;
+                    if value <= 0.0 {
+                        return Err(fields.bad("maximum range", &value.to_string(), "above zero"));
+                    }
+                    range_max = value.min(SICK_RANGE_M);
                 }
             }
             Some("ODOM") => {
@@ -109,5 +113,26 @@ fn correct(records: &mut [LogRecord], updates: &[Update]) {
         }
         let pose = update.particles.get(particle).map(|(pose, _)| *pose);
         records[update.record].corrected = pose;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maximum_range_must_be_above_zero() {
+        let scan = "LASER_READING 1 3.0 0 0 0 1\n";
+        for (value, is_valid) in [("8", true), ("0", false), ("-1", false)] {
+            let log = parse(&format!("PARAM maxrange {value}\n{scan}"));
+            let names_it = |error: &LogError| {
+                error.to_string().contains("line 1: PARAM has `")
+                    && error.to_string().contains("maximum range: it must be above zero")
+            };
+            assert_eq!(
+                (log.is_ok(), log.as_ref().err().is_some_and(names_it)),
+                (is_valid, !is_valid)
+            );
+        }
     }
 }

@@ -141,7 +141,8 @@ impl LidarLog {
         })
     }
 
-    /// Reads a log from its text. A bad last line without a line end was cut off, and is left out.
+    /// Reads a log from its text. A last line without a line end that is bad, or ends after its time where other lines go on, was cut
+    /// off and is left out.
     ///
     /// # Errors
     /// Returns an error if the text has an unknown format or a bad line; the message names the line.
@@ -152,8 +153,9 @@ impl LidarLog {
             Ok(log) => return Ok(log),
             Err(problem) => problem,
         };
-        let whole = text.rsplit_once('\n').filter(|(_, last)| !last.is_empty());
-        let log = whole.and_then(|(whole, _)| {
+        let begin = text.rfind('\n').map(|end| end + 1).filter(|begin| *begin < text.len());
+        let log = begin.and_then(|begin| {
+            let whole = &text[..begin];
             let cut_line = Some(whole.lines().count() + 1);
             Some(Self { cut_line, ..Self::parse_whole(whole).ok()? })
         });
@@ -348,6 +350,13 @@ mod tests {
         let log = LidarLog::parse(RAW.trim_end()).expect("it is valid");
         assert_eq!((log.scans(), log.cut_line), (2, None));
         assert!(LidarLog::parse(&format!("{RAW}FLASER 3 1.0 2.0\n")).is_err());
+        // The time may have lost digits; without such words in any line it is whole.
+        let cut = RAW.trim_end().strip_suffix("5 host 2.5").expect("a time");
+        let log = LidarLog::parse(cut).expect("one line is cut");
+        assert_eq!((log.scans(), log.cut_line), (1, Some(5)));
+        let plain = RAW.replace(" host 1.0", "").replace(" host 1.5", "").replace(" host 2.5", "");
+        let log = LidarLog::parse(plain.trim_end()).expect("it is valid");
+        assert_eq!((log.scans(), log.cut_line), (2, None));
     }
 
     #[test]

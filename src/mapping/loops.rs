@@ -35,7 +35,9 @@ const SEARCHED_SIGMA_RAD: f64 = 0.03;
 /// Consecutive nodes as a map, in the frame of the middle one.
 struct Submap {
     middle: usize,
-    surfels: SurfelMap,
+    /// None where the nodes are too far apart to be searched: the odometry jumps, or is in another unit. The index of such points
+    /// would fill the memory.
+    surfels: Option<SurfelMap>,
     scores: Option<ScoreGrid>,
 }
 
@@ -99,7 +101,11 @@ impl Loops {
         let placed = (first..first + SUBMAP_NODES).map(|node| {
             (poses[middle].inverse_transform_pose(&poses[node]), &nodes[node].surfels[..])
         });
-        self.submaps.push(Submap { middle, surfels: SurfelMap::new(placed), scores: None });
+        let points = placed.clone().flat_map(|(place, surfels)| {
+            surfels.iter().map(move |surfel| place.transform(&surfel.point))
+        });
+        let surfels = ScoreGrid::frame(points).map(|_| SurfelMap::new(placed));
+        self.submaps.push(Submap { middle, surfels, scores: None });
     }
 }
 
@@ -112,17 +118,15 @@ impl Submap {
         points: &[Point],
         window: &Window,
     ) -> Option<Edge> {
-        if points.is_empty() {
-            return None;
-        }
+        let surfels = self.surfels.as_ref().filter(|_| !points.is_empty())?;
         if self.scores.is_none() {
-            self.scores = ScoreGrid::new(self.surfels.surfels());
+            self.scores = ScoreGrid::new(surfels.surfels());
         }
         let to = nodes.len() - 1;
         let predicted = poses[self.middle].inverse_transform_pose(&poses[to]);
         let (found, _) = self.scores.as_ref()?.search(points, &predicted, window)?;
         let prior = information_of(SEARCHED_SIGMA_M, SEARCHED_SIGMA_RAD);
-        let matched = match_scan(&self.surfels, nodes[to].scan, found, &found, &prior);
+        let matched = match_scan(surfels, nodes[to].scan, found, &found, &prior);
         matched.is_certain().then_some(Edge {
             from: self.middle,
             to,
@@ -173,4 +177,27 @@ fn distances(nodes: usize, from: usize, edges: &[Edge]) -> Vec<f64> {
         }
     }
     distances
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::surfels::Surfel;
+    use super::*;
+    use crate::geometry::Vector;
+    use crate::localization::DeskewedScan;
+
+    #[test]
+    fn submap_of_nodes_far_apart_has_no_index() {
+        let scan = DeskewedScan::default();
+        let surfel = Surfel { point: Point::new(2.0, 0.0), normal: Vector::new(-1.0, 0.0) };
+        let nodes: Vec<Node<'_>> =
+            (0..SUBMAP_NODES).map(|_| Node { scan: &scan, surfels: vec![surfel] }).collect();
+        for (step_m, has_index) in [(0.3, true), (300.0, false)] {
+            let pose = |node| Pose::new(step_m * node as f64, step_m * node as f64, 0.0);
+            let poses: Vec<Pose> = (0..SUBMAP_NODES).map(pose).collect();
+            let mut loops = Loops::default();
+            loops.add_submap(&nodes, &poses);
+            assert_eq!(loops.submaps[0].surfels.is_some(), has_index, "{step_m}");
+        }
+    }
 }

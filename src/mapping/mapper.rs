@@ -110,11 +110,13 @@ pub(super) fn solve(scans: &[LogScan], start: &Pose, on_scan: &mut dyn FnMut()) 
             Basis::Odometry => {
                 unmatched += 1;
                 in_a_row += 1;
-                if is_far(&moved) {
-                    gaps.push(index);
-                } else if in_a_row == UNMATCHED_IN_A_ROW {
-                    gaps.push(index + 1 - UNMATCHED_IN_A_ROW);
-                }
+                let gap = if is_far(&moved) {
+                    Some(index)
+                } else {
+                    (in_a_row == UNMATCHED_IN_A_ROW).then_some(index + 1 - UNMATCHED_IN_A_ROW)
+                };
+                // A far step is a gap already where the scan after it does not match either.
+                gaps.extend(gap.filter(|gap| gaps.last() != Some(gap)));
             }
         }
         if !is_far(&found.pose) {

@@ -24,11 +24,29 @@ const MARGIN_M: f64 = 0.5;
 const FREE: i8 = 0;
 const OCCUPIED: i8 = 100;
 
-/// Counts of the beams of a cell.
+/// Counts of the beams of a cell. A map has up to 100 million cells, so they are small: a full count halves both, and their ratio stays.
 #[derive(Clone, Copy, Default)]
 struct Counts {
     ends: u16,
     passes: u16,
+}
+
+impl Counts {
+    const fn add_end(&mut self) {
+        self.halve_if_full(self.ends);
+        self.ends += 1;
+    }
+
+    const fn add_pass(&mut self) {
+        self.halve_if_full(self.passes);
+        self.passes += 1;
+    }
+
+    const fn halve_if_full(&mut self, count: u16) {
+        if count == u16::MAX {
+            (self.ends, self.passes) = (self.ends / 2, self.passes / 2);
+        }
+    }
 }
 
 /// The map that scans show at their poses: cells in which beams end are occupied, cells through which they pass are free, and
@@ -93,8 +111,7 @@ fn add(counts: &mut [Counts], frame: &GridFrame, from: &Point, end: &Point) {
     let (from, to) = (frame.to_cell_units(from), frame.to_cell_units(end));
     let length = (to - from).norm();
     if let Some(cell) = frame.cell_at_units(&to) {
-        let ends = &mut counts[frame.index(cell)].ends;
-        *ends = ends.saturating_add(1);
+        counts[frame.index(cell)].add_end();
     }
     if length <= UNCERTAIN_CELLS {
         return;
@@ -104,8 +121,7 @@ fn add(counts: &mut [Counts], frame: &GridFrame, from: &Point, end: &Point) {
         .take_while(|(_, entered)| *entered < length - UNCERTAIN_CELLS);
     for (cell, _) in free {
         if frame.contains(cell) {
-            let passes = &mut counts[frame.index(cell)].passes;
-            *passes = passes.saturating_add(1);
+            counts[frame.index(cell)].add_pass();
         }
     }
 }
@@ -132,5 +148,24 @@ mod tests {
         assert_eq!(value(1.2, 0.02), UNKNOWN);
         let empty = render(core::iter::empty()).expect("one cell");
         assert_eq!(empty.cells(), [UNKNOWN]);
+    }
+
+    #[test]
+    fn robot_that_stands_long_does_not_fill_its_surroundings() {
+        let scan_to = |x: f64| {
+            let end = Point::new(x, 0.02);
+            let hits = vec![Hit { from: Point::default(), end, is_alone: false }];
+            DeskewedScan { hits, range_max: 9.0, ..DeskewedScan::default() }
+        };
+        // A fifth of the beams end before the wall.
+        let (wall, dust) = (scan_to(1.025), scan_to(0.525));
+        let scans =
+            (0..200_000).map(|index| (Pose::default(), if index % 5 == 0 { &dust } else { &wall }));
+        let map = render(scans).expect("a small map");
+        let value = |x: f64| {
+            let cell = map.frame().cell_of(&Point::new(x, 0.02)).expect("inside");
+            *map.get(cell).expect("inside")
+        };
+        assert_eq!([value(0.525), value(1.025)], [FREE, OCCUPIED]);
     }
 }

@@ -58,21 +58,19 @@ impl ScoreGrid {
         Self::with_levels(surfels, LEVELS)
     }
 
-    fn with_levels(surfels: &[Surfel], levels: usize) -> Option<Self> {
-        let first = surfels.first()?.point;
-        let (mut low, mut high) = (first, first);
-        for Surfel { point, .. } in surfels {
-            low = Point::new(low.x.min(point.x), low.y.min(point.y));
-            high = Point::new(high.x.max(point.x), high.y.max(point.y));
-        }
+    /// The corner of the grid of points, and its numbers of columns and rows. None without points, and for points too far apart.
+    pub fn frame(points: impl Iterator<Item = Point>) -> Option<(Point, i32, i32)> {
+        let [low, high] = Point::bounds(points)?;
         let margin_m = CELL_M * f64::from(REACH + 1);
         let corner = Point::new(low.x - margin_m, low.y - margin_m);
         let cells = |most: f64, least: f64| ((most + margin_m - least) / CELL_M).ceil();
         let (columns, rows) = (cells(high.x, corner.x), cells(high.y, corner.y));
-        if columns * rows > MAX_CELLS as f64 {
-            return None;
-        }
-        let (columns, rows) = (columns as i32, rows as i32);
+        (columns * rows <= MAX_CELLS as f64).then_some((corner, columns as i32, rows as i32))
+    }
+
+    fn with_levels(surfels: &[Surfel], levels: usize) -> Option<Self> {
+        let points = surfels.iter().map(|surfel| surfel.point);
+        let (corner, columns, rows) = Self::frame(points)?;
         let mut kernel = Vec::new();
         for up in -REACH..=REACH {
             for right in -REACH..=REACH {

@@ -53,6 +53,12 @@ pub enum RecordingError {
         /// The cause.
         reason: String,
     },
+    /// The caller ended the replay.
+    #[error("the replay was interrupted after {ticks} ticks")]
+    Interrupted {
+        /// Number of ticks that were replayed.
+        ticks: u64,
+    },
     /// A log without messages of a type.
     #[error(
         "the file has no {missing}: a log needs sensor_msgs/LaserScan and nav_msgs/Odometry, and /tf_static; record their topics"

@@ -1,6 +1,7 @@
 //! Replays a recording: decides again on the recorded observations and compares the bits.
 
 use core::fmt::{self, Display, Formatter};
+use core::ops::ControlFlow;
 use std::io::{Read, Seek};
 use std::sync::PoisonError;
 
@@ -122,16 +123,16 @@ impl Replay {
 /// user's own controller does not run again, because its answers are recorded. A program that planned the paths runs again, but
 /// never by the command in the recording, which may be of another person: `global_planner` is the command to run.
 ///
-/// `on_tick` is called after each equal tick.
+/// `on_tick` is called after each equal tick; it may end the replay.
 ///
 /// # Errors
-/// When the recording is damaged or cannot be read, the drive cannot start, or a global planner is given where the drive had none,
+/// When the recording has no tick, is damaged or cannot be read, `on_tick` ends the replay, the drive cannot start, or a global planner is given where the drive had none,
 /// or none where it had one.
 pub fn replay<R: Read + Seek>(
     reader: &mut Reader<R>,
     engine: Box<dyn Engine>,
     global_planner: Option<&[String]>,
-    on_tick: &mut dyn FnMut(&TickEvent<'_>),
+    on_tick: &mut dyn FnMut(&TickEvent<'_>) -> ControlFlow<()>,
 ) -> Result<Replay, RecordingError> {
     let DriveMetadata { mut config, waypoints, map, zones, controller, .. } =
         reader.metadata().clone();
@@ -166,9 +167,16 @@ pub fn replay<R: Read + Seek>(
         if first_difference.is_none() {
             start = start.or(Some(tick.observation.pose));
             let gap_m = gap.gap_m(footprint, &tick.observation.pose);
-            trace.rows.push(show(&tick, updated_map.as_ref(), gap_m, &navigator, on_tick));
+            let (row, flow) = show(&tick, updated_map.as_ref(), gap_m, &navigator, on_tick);
+            if flow.is_break() {
+                return Err(RecordingError::Interrupted { ticks });
+            }
+            trace.rows.push(row);
             decision_s.push(tick.took_s);
         }
+    }
+    if ticks == 0 {
+        return Err(RecordingError::NotOurs { missing: "tick" });
     }
     let place = waypoints.start;
     let start = start.unwrap_or(Pose::new(place.x, place.y, 0.0));
@@ -184,19 +192,19 @@ pub fn replay<R: Read + Seek>(
     Ok(Replay { mission, drive, ticks, first_difference, is_complete, engine })
 }
 
-/// Shows a tick, and returns its row.
+/// Shows a tick. Returns its row, and whether the replay goes on.
 fn show(
     tick: &RecordedTick,
     updated_map: Option<&OccupancyGrid>,
     gap_m: f64,
     navigator: &Navigator,
-    on_tick: &mut dyn FnMut(&TickEvent<'_>),
-) -> TraceRow {
+    on_tick: &mut dyn FnMut(&TickEvent<'_>) -> ControlFlow<()>,
+) -> (TraceRow, ControlFlow<()>) {
     let RecordedTick { observation, decision, took_s, .. } = tick;
     let estimated = GroundTruth::of(observation.pose, observation.twist);
     let path = navigator.plans().len() - 1;
     let row = TraceRow::new(observation, decision, estimated, gap_m, path);
-    on_tick(&TickEvent {
+    let flow = on_tick(&TickEvent {
         row: &row,
         observation,
         odometry: &OdometryReading { pose: observation.pose, twist: observation.twist },
@@ -209,7 +217,7 @@ fn show(
         updated_map,
         navigator,
     });
-    row
+    (row, flow)
 }
 
 /// Replaces the recorded command of a global planner by the given one.

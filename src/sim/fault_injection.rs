@@ -1,8 +1,13 @@
 //! Faults that are injected into a simulated drive.
 
+use core::f64::consts::TAU;
+use std::collections::VecDeque;
+
+use super::error::at_least_zero;
 use super::{Lidar, WrongPlanner};
 use crate::geometry::Pose;
 use crate::runtime::OdometryReading;
+use crate::settings::{SettingError, require};
 
 /// A fault that happens to the simulated robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -126,6 +131,43 @@ impl FaultInjection {
         self.period_s().0
     }
 
+    /// Whether the fault is of the commands, and not of the simulated robot or its sensors.
+    pub(super) const fn is_of_sender(&self) -> bool {
+        matches!(self, Self::WrongPlanner { .. })
+    }
+
+    /// Checks the numbers of the fault.
+    ///
+    /// # Errors
+    /// Names the first one out of range.
+    pub fn validate(&self) -> Result<(), SettingError> {
+        let (from_s, to_s) = self.period_s();
+        finite(if matches!(self, Self::Kidnapped { .. }) { "at_s" } else { "from_s" }, from_s)?;
+        require(to_s >= from_s, "to_s", to_s, "at least from_s")?;
+        match *self {
+            Self::Kidnapped { to, .. } => {
+                finite("to.x", to.x)?;
+                finite("to.y", to.y)?;
+                finite("to.yaw", to.yaw)
+            }
+            Self::LidarSectorOccluded { from_rad, width_rad, .. } => {
+                finite("from_rad", from_rad)?;
+                let is_angle = (0.0..=TAU).contains(&width_rad);
+                require(is_angle, "width_rad", width_rad, "at least zero and at most 2 pi")
+            }
+            Self::Lidar { change, .. } => change.validate(),
+            Self::ClockJump { by_s, .. } => finite("by_s", by_s),
+            Self::Odometry { change, .. } => change.validate(),
+            Self::LidarOccluded { .. }
+            | Self::LidarFrozen { .. }
+            | Self::LidarSilent { .. }
+            | Self::Bogged { .. }
+            | Self::NoFixes { .. }
+            | Self::PoseFrozen { .. }
+            | Self::WrongPlanner { .. } => Ok(()),
+        }
+    }
+
     /// Begin and end, seconds. A kidnapping is an event: its end is its begin.
     const fn period_s(&self) -> (f64, f64) {
         match *self {
@@ -143,6 +185,11 @@ impl FaultInjection {
             | Self::Odometry { from_s, to_s, .. } => (from_s, to_s),
         }
     }
+}
+
+/// Rejects a number that is not finite.
+const fn finite(name: &'static str, value: f64) -> Result<(), SettingError> {
+    require(value.is_finite(), name, value, "finite")
 }
 
 /// The faults that are present at a time, seconds.
@@ -180,6 +227,23 @@ pub enum LidarChange {
     Stopped,
 }
 
+impl LidarChange {
+    fn validate(&self) -> Result<(), SettingError> {
+        let share = |name, share: f64| {
+            require((0.0..=1.0).contains(&share), name, share, "at least zero and at most one")
+        };
+        match *self {
+            Self::Dropout(dropout) => share("Dropout", dropout),
+            Self::Ghosts(ghosts) => share("Ghosts", ghosts),
+            Self::EveryNth(count) => require(count > 0, "EveryNth", count as f64, "at least 1"),
+            Self::AngleScale(ratio) => finite("AngleScale", ratio),
+            Self::Late(late_s) => at_least_zero("Late", late_s),
+            Self::Ahead(ahead_s) => finite("Ahead", ahead_s),
+            Self::Negative | Self::Empty | Self::Stopped => Ok(()),
+        }
+    }
+}
+
 /// A change of the odometry by a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
@@ -192,8 +256,47 @@ pub enum OdometryChange {
     NotFinite,
     /// The position lies this far ahead in x, metres.
     Shifted(f64),
-    /// The readings are this old, seconds, and their time stamps say so.
+    /// The readings arrive this late, seconds, and their time stamps say so.
     Late(f64),
+}
+
+impl OdometryChange {
+    fn validate(&self) -> Result<(), SettingError> {
+        match *self {
+            Self::Shifted(x_m) => finite("Shifted", x_m),
+            Self::Late(late_s) => at_least_zero("Late", late_s),
+            Self::Frozen | Self::Reversed | Self::NotFinite => Ok(()),
+        }
+    }
+}
+
+/// The recent measurements of a sensor whose measurements arrive late.
+#[derive(Clone, Debug)]
+pub(super) struct RecentMeasurements<T> {
+    /// Each with its time, seconds.
+    kept: VecDeque<(f64, T)>,
+}
+
+impl<T> Default for RecentMeasurements<T> {
+    fn default() -> Self {
+        Self { kept: VecDeque::new() }
+    }
+}
+
+impl<T> RecentMeasurements<T> {
+    /// Adds the measurement of a time, seconds, which must ascend from call to call. Forgets those before the newest that is late
+    /// by this time, seconds.
+    pub fn record(&mut self, time_s: f64, late_s: f64, measured: T) {
+        self.kept.push_back((time_s, measured));
+        while self.kept.get(1).is_some_and(|(next_s, _)| time_s - next_s >= late_s) {
+            self.kept.pop_front();
+        }
+    }
+
+    /// The measurement that arrives now.
+    pub fn arriving(&self) -> Option<&T> {
+        self.kept.front().map(|(_, measured)| measured)
+    }
 }
 
 /// Changes readings of the odometry by faults.
@@ -201,6 +304,8 @@ pub enum OdometryChange {
 pub(super) struct FaultyOdometry {
     /// The reading at the begin of a freeze.
     frozen: Option<OdometryReading>,
+    /// Recent readings and their stamps, seconds; only for an odometry with late ones.
+    recent: RecentMeasurements<(OdometryReading, f64)>,
 }
 
 impl FaultyOdometry {
@@ -212,6 +317,13 @@ impl FaultyOdometry {
         measured: OdometryReading,
         odometry_s: f64,
     ) -> (OdometryReading, f64) {
+        let late_s = faults.iter().find_map(|fault| match fault {
+            FaultInjection::Odometry { change: OdometryChange::Late(late_s), .. } => Some(*late_s),
+            _ => None,
+        });
+        if let Some(late_s) = late_s {
+            self.recent.record(time_s, late_s, (measured, odometry_s));
+        }
         let (mut reading, mut stamp_s) = (measured, odometry_s);
         let mut is_frozen = false;
         for fault in active_faults(faults, time_s) {
@@ -231,7 +343,10 @@ impl FaultyOdometry {
                 OdometryChange::Reversed => reading.twist.linear = -reading.twist.linear,
                 OdometryChange::NotFinite => reading.pose.x = f64::NAN,
                 OdometryChange::Shifted(x_m) => reading.pose.x += x_m,
-                OdometryChange::Late(by_s) => stamp_s -= by_s,
+                OdometryChange::Late(_) => {
+                    (reading, stamp_s) =
+                        self.recent.arriving().copied().unwrap_or((reading, stamp_s));
+                }
             }
         }
         if !is_frozen {
@@ -259,6 +374,8 @@ impl Displacement {
                 && (self.until_s..time_s).contains(at_s)
             {
                 self.frame = to.frame_origin(own);
+                // A robot that is bogged and carried away is bogged at its new place.
+                self.bogged = None;
             }
         }
         self.until_s = self.until_s.max(time_s);
@@ -285,5 +402,82 @@ impl Displacement {
             return *own;
         }
         self.frame.transform_pose(own)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Twist;
+
+    const ALWAYS: (f64, f64) = (0.0, f64::INFINITY);
+
+    fn lidar(change: LidarChange) -> FaultInjection {
+        let (from_s, to_s) = ALWAYS;
+        FaultInjection::Lidar { from_s, to_s, change }
+    }
+
+    fn odometry(change: OdometryChange) -> FaultInjection {
+        let (from_s, to_s) = ALWAYS;
+        FaultInjection::Odometry { from_s, to_s, change }
+    }
+
+    #[test]
+    fn numbers_out_of_range_are_errors_with_their_name() {
+        let to = Pose::new(0.0, 0.0, f64::NAN);
+        let (from_s, to_s) = ALWAYS;
+        for (fault, expected) in [
+            (lidar(LidarChange::EveryNth(0)), "EveryNth is 0: it must be at least 1"),
+            (lidar(LidarChange::Dropout(1.5)), "Dropout is 1.5"),
+            (lidar(LidarChange::Ghosts(-0.1)), "Ghosts is -0.1"),
+            (lidar(LidarChange::Late(f64::NAN)), "Late is NaN"),
+            (odometry(OdometryChange::Late(-1.0)), "Late is -1"),
+            (FaultInjection::Kidnapped { at_s: 1.0, to }, "to.yaw is NaN"),
+            (FaultInjection::Kidnapped { at_s: f64::NAN, to: Pose::default() }, "at_s is NaN"),
+            (FaultInjection::Bogged { from_s: 2.0, to_s: 1.0 }, "to_s is 1"),
+            (FaultInjection::ClockJump { from_s, to_s, by_s: f64::INFINITY }, "by_s is inf"),
+        ] {
+            let error = fault.validate().expect_err("a number out of range").to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+        for fault in [lidar(LidarChange::EveryNth(2)), FaultInjection::LidarSilent { from_s, to_s }]
+        {
+            assert_eq!(fault.validate(), Ok(()));
+        }
+    }
+
+    #[test]
+    fn bogged_robot_that_is_carried_away_is_bogged_at_its_new_place() {
+        let to = Pose::new(7.0, 8.0, 0.5);
+        let faults = [
+            FaultInjection::Bogged { from_s: 1.0, to_s: 3.0 },
+            FaultInjection::Kidnapped { at_s: 2.0, to },
+        ];
+        let mut displacement = Displacement::default();
+        let at = |x: f64| Pose::new(x, 0.0, 0.0);
+        assert_eq!(displacement.pose(&faults, 0.5, &at(0.5)), at(0.5));
+        assert_eq!(displacement.pose(&faults, 1.5, &at(1.0)), at(1.0));
+        for (time_s, own_x) in [(2.1, 1.5), (2.5, 2.0)] {
+            let pose = displacement.pose(&faults, time_s, &at(own_x));
+            assert!((pose.position() - to.position()).norm() < 1e-9, "{pose:?}");
+        }
+        assert!(displacement.is_bogged());
+    }
+
+    #[test]
+    fn late_odometry_has_the_readings_of_its_stamps() {
+        let mut faulty = FaultyOdometry::default();
+        let faults = [odometry(OdometryChange::Late(1.0))];
+        for tick in 0..40 {
+            let time_s = 0.1 * f64::from(tick);
+            let measured = OdometryReading {
+                pose: Pose::new(time_s, 0.0, 0.0),
+                twist: Twist::new(time_s, 0.0),
+            };
+            let (reading, stamp_s) = faulty.reported(&faults, time_s, measured, time_s);
+            assert_eq!((reading.pose.x, reading.twist.linear), (stamp_s, stamp_s));
+            let age_s = time_s - stamp_s;
+            assert!(time_s < 1.05 || (age_s - 1.0).abs() < 0.11, "{age_s} at {time_s}");
+        }
     }
 }

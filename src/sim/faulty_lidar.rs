@@ -1,12 +1,11 @@
 //! The lidar of a simulated robot with injected faults.
 
 use core::f64::consts::TAU;
-use std::collections::VecDeque;
 
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::fault_injection::active_faults;
+use super::fault_injection::{RecentMeasurements, active_faults};
 use super::{FaultInjection, LidarChange, RngStream, generator};
 use crate::runtime::LidarData;
 
@@ -42,8 +41,8 @@ pub(super) struct FaultyLidar {
     frozen: Option<LidarData>,
     /// The last revolution before the lidar stopped, with its stamps.
     last: Option<LidarData>,
-    /// Recent revolutions and their times, seconds; only for a lidar with late ones.
-    recent: VecDeque<(f64, LidarData)>,
+    /// Recent revolutions; only for a lidar with late ones.
+    recent: RecentMeasurements<LidarData>,
 }
 
 impl FaultyLidar {
@@ -53,7 +52,7 @@ impl FaultyLidar {
             rng: generator(seed, RngStream::Lidar),
             frozen: None,
             last: None,
-            recent: VecDeque::new(),
+            recent: RecentMeasurements::default(),
         }
     }
 
@@ -75,7 +74,7 @@ impl FaultyLidar {
             _ => None,
         });
         if let Some(late_s) = late_s {
-            self.remember(time_s, late_s, stamped(&measured, stamp_s));
+            self.recent.record(time_s, late_s, stamped(&measured, stamp_s));
         }
         let mut sent = measured;
         let (mut is_frozen, mut is_stopped) = (false, false);
@@ -91,7 +90,7 @@ impl FaultyLidar {
                     sent = self.last.get_or_insert_with(|| stamped(&sent, stamp_s)).clone();
                 }
                 FaultInjection::Lidar { change: LidarChange::Late(_), .. } => {
-                    sent = self.recent.front().map_or(sent, |(_, oldest)| oldest.clone());
+                    sent = self.recent.arriving().cloned().unwrap_or(sent);
                 }
                 FaultInjection::Lidar { change: LidarChange::Ahead(by_s), .. } => {
                     sent = stamped(&sent, stamp_s);
@@ -104,14 +103,6 @@ impl FaultyLidar {
         self.frozen = self.frozen.take().filter(|_| is_frozen);
         self.last = self.last.take().filter(|_| is_stopped);
         sent
-    }
-
-    /// Keeps the revolutions of a time, seconds; the first is the newest that is at least so old.
-    fn remember(&mut self, time_s: f64, late_s: f64, measured: LidarData) {
-        self.recent.push_back((time_s, measured));
-        while self.recent.get(1).is_some_and(|(next_s, _)| time_s - next_s >= late_s) {
-            self.recent.pop_front();
-        }
     }
 
     /// Changes the beams of a revolution.

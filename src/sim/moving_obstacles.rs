@@ -36,6 +36,11 @@ impl MovingObstacles {
         Self { moving }
     }
 
+    /// Adds an obstacle; the others keep their states and indices.
+    pub fn push(&mut self, one: MovingObstacle) {
+        self.moving.push(one);
+    }
+
     /// Number of obstacles, including those that have not yet appeared.
     #[must_use]
     pub const fn len(&self) -> usize {

@@ -13,12 +13,16 @@ use crate::global::Path;
 use crate::map::{FreeSpace, ObstacleGrid};
 use crate::navigator::Fault;
 use crate::runtime::{Config, Mission, MissionError};
+use crate::settings::require;
 
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
 
 /// Smallest distance of walks from the points to keep clear, metres.
 const KEEP_CLEAR_M: f64 = 5.0;
+
+/// Most pedestrians of a spawner.
+const MAX_COUNT: usize = 100_000;
 
 /// Attempts to find a walk for each pedestrian; after half of them the walk may be on any part of the path.
 const ATTEMPTS: usize = 64;
@@ -29,7 +33,7 @@ const SLANTS_RAD: [f64; 7] = [0.0, 0.25, -0.25, 0.5, -0.5, 0.75, -0.75];
 /// Number and properties of the pedestrians to spawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PedestrianSpawner {
-    /// Number of pedestrians.
+    /// Number of pedestrians, at most 100 000.
     pub count: usize,
     /// Seed; the same seed gives the same pedestrians.
     pub seed: u64,
@@ -87,6 +91,7 @@ impl PedestrianSpawner {
     ) -> Result<MovingObstacles, SimError> {
         let PedestrianSettings { radius_m, yields, leg_diameter_m, .. } = self.settings;
         self.settings.validate()?;
+        require(self.count <= MAX_COUNT, "count", self.count as f64, "at most 100000")?;
         if self.count == 0 {
             return Ok(MovingObstacles::default());
         }
@@ -205,5 +210,22 @@ impl<'a> Places<'a> {
             .map(|across| straight_route(&self.free, spot, across, *WALK_M.end() / 2.0))
             .find(|[from, to]| (to - from).norm() >= *WALK_M.start())
             .map(Vec::from)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::map::GridFrame;
+
+    #[test]
+    fn absurd_number_of_pedestrians_is_an_error() {
+        let frame = GridFrame::new(10, 10, 1.0, Pose::default()).expect("a frame");
+        let obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
+        let path = [Point::new(1.0, 5.0), Point::new(9.0, 5.0)];
+        let spawner = PedestrianSpawner::new(usize::MAX, 1);
+        let error = spawner.spawn(&obstacles, &path, &[]).expect_err("too many").to_string();
+        assert!(error.starts_with("count is ") && error.contains("at most 100000"), "{error}");
     }
 }

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 
 use super::protected_sender::ProtectedSender;
-use super::{Lidar, SimError, Simulation, draw_plant};
+use super::{FaultInjection, Lidar, SimError, Simulation, draw_plant};
 use crate::base::ProtectiveAction;
 use crate::external::Program;
 use crate::external::protocol::{
@@ -17,13 +17,15 @@ use crate::runtime::{Config, GroundTruth, LidarData, OdometryReading, Robot, Sen
 
 use super::World;
 
-/// Largest coordinate of a pose of a simulator, metres.
+/// Largest coordinate of a pose or a moving obstacle of a simulator, and largest radius, metres.
 const FARTHEST_M: f64 = 1e6;
 
 /// The robot of a simulator. The simulator judges contacts; gaps are measured here, at the true poses of the ticks.
 pub(super) struct ProcessRobot {
     program: Program,
     sender: ProtectedSender,
+    /// All of them are wrong planners.
+    faults: Vec<FaultInjection>,
     footprint: Footprint,
     world: World,
     /// Time of the last sensing, seconds; the moving obstacles of the world are those of that time.
@@ -61,12 +63,20 @@ impl ProcessRobot {
             )));
         }
         // The scan of a step is in the robot's frame, and of that step.
-        let Lidar { scan_rate_hz, .. } = config.simulation.lidar;
-        if config.simulation.lidar.mount() != Pose::default() || scan_rate_hz.is_some() {
+        let Lidar { scan_rate_hz, blind_time_s, .. } = config.simulation.lidar;
+        let is_mounted = config.simulation.lidar.mount() != Pose::default();
+        if is_mounted || scan_rate_hz.is_some() || blind_time_s > 0.0 {
             return Err(failed(
-                "it has its own lidar: leave mount_x_m, mount_y_m, mount_yaw_rad and scan_rate_hz of [simulation.lidar] out"
+                "it has its own lidar: leave mount_x_m, mount_y_m, mount_yaw_rad, scan_rate_hz and blind_time_s of [simulation.lidar] out"
                     .to_owned(),
             ));
+        }
+        simulation.check_faults()?;
+        let is_of_sender = |fault: &&FaultInjection| fault.is_of_sender();
+        if let Some(fault) = simulation.faults.iter().find(|fault| !is_of_sender(fault)) {
+            return Err(failed(format!(
+                "it has its own robot and sensors, and the fault {fault:?} is of inbye's: leave the fault out, or the simulator"
+            )));
         }
         let obstacles = simulation.true_obstacles(config);
         let lidar = draw_plant(config, *seed).lidar;
@@ -90,7 +100,8 @@ impl ProcessRobot {
         let (state, radii_m) = step(&mut program, 0, &Twist::STOP, 0.0).map_err(failed)?;
         Ok(Self {
             program,
-            sender: ProtectedSender::new(config)?,
+            sender: ProtectedSender::new(config, *seed)?,
+            faults: simulation.faults.clone(),
             footprint: config.robot.footprint.clone(),
             world: World::new(obstacles),
             time_s: 0.0,
@@ -136,6 +147,15 @@ fn step(
         if far_m.is_finite() && far_m > FARTHEST_M {
             return Err(format!(
                 "`{name}` is {far_m:e} m from the origin; at most {FARTHEST_M:e} m are allowed"
+            ));
+        }
+    }
+    for (index, &[x, y, radius]) in truth.moving.iter().enumerate() {
+        let has_place = x.abs() <= FARTHEST_M && y.abs() <= FARTHEST_M;
+        let has_size = radius > 0.0 && radius <= FARTHEST_M;
+        if !has_place || !has_size {
+            return Err(format!(
+                "`truth.moving` {index} is [{x:e}, {y:e}, {radius:e}]: x and y must be within {FARTHEST_M:e} m of the origin, the radius above zero and at most that"
             ));
         }
     }
@@ -194,7 +214,8 @@ impl Robot for ProcessRobot {
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
-        let command = self.sender.protected(command, self.time_s);
+        let truth = (&self.state.true_pose, &self.world.moving[..]);
+        let command = self.sender.protected(command, &self.faults, self.time_s, truth);
         let number = self.steps;
         self.steps += 1;
         match step(&mut self.program, number, &command, period_s) {
@@ -230,5 +251,104 @@ impl ProcessRobot {
     fn stop(&mut self, reason: &str) -> ControlFlow<()> {
         self.fault = Some(format!("the simulator failed: {reason}"));
         ControlFlow::Break(())
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::fs;
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::external::ProgramSettings;
+    use crate::map::{GridFrame, OccupancyGrid};
+    use crate::navigator::Goal;
+    use crate::runtime::Mission;
+    use crate::sim::{LidarChange, WrongPlanner};
+
+    const STATE: &str = r#"{"odometry": {"pose": [1, 1, 0], "twist": [0, 0]}, "scan": {"angle_min": -3, "angle_increment": 0.1, "range_max": 9, "ranges": [9]}, "truth": {"pose": [1, 1, 0], "twist": [0, 0], "contact": false, "moving": []}}"#;
+
+    /// A simulator whose robot stands, and which keeps the messages in a file of its folder.
+    fn simulator(state: &str) -> (tempfile::TempDir, Config) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = |name: &str| folder.path().join(name).display().to_string();
+        fs::write(file("state"), format!("{state}\n")).expect("written");
+        let answers = format!(
+            "read -r first\necho '{{\"protocol\": 1, \"name\": \"it\", \"wants\": []}}'\n\
+             while read -r step; do echo \"$step\" >> {}; cat {}; done\n",
+            file("steps"),
+            file("state")
+        );
+        fs::write(file("simulator.sh"), answers).expect("written");
+        let mut config = Config::default();
+        config.simulator = ProgramSettings {
+            command: vec!["sh".to_owned(), file("simulator.sh")],
+            ..config.simulator
+        };
+        (folder, config)
+    }
+
+    fn simulation() -> Simulation {
+        let frame = GridFrame::new(40, 40, 0.1, Pose::default()).expect("a frame");
+        let map = Arc::new(OccupancyGrid::filled(frame, 0));
+        let start = Pose::new(1.0, 1.0, 0.0);
+        Simulation::new(Mission::new(map, start, Goal::at(Point::new(3.0, 1.0))))
+    }
+
+    #[test]
+    fn wrong_planner_commands_the_simulator() {
+        let (folder, mut config) = simulator(STATE);
+        config.collision_monitor.enabled = false;
+        for (planner, is_driven) in [(WrongPlanner::Off, false), (WrongPlanner::Old, true)] {
+            config.simulation.wrong_planner = planner;
+            let mut robot = ProcessRobot::start(&simulation(), &config).expect("a simulator");
+            robot.sense(0.0);
+            assert!(robot.drive(&Twist::STOP, 0.1).is_continue());
+            let steps = fs::read_to_string(folder.path().join("steps")).expect("steps");
+            let last: serde_json::Value =
+                serde_json::from_str(steps.lines().last().expect("a step")).expect("JSON");
+            assert_eq!(last["linear"].as_f64().is_some_and(|linear| linear > 0.0), is_driven);
+        }
+    }
+
+    #[test]
+    fn faults_of_the_simulated_robot_are_refused() {
+        let (_folder, config) = simulator(STATE);
+        let mut simulation = simulation();
+        let (from_s, to_s) = (0.0, 9.0);
+        let planner = WrongPlanner::Random;
+        simulation.faults = vec![FaultInjection::WrongPlanner { from_s, to_s, planner }];
+        assert!(ProcessRobot::start(&simulation, &config).is_ok());
+        simulation.faults.push(FaultInjection::LidarOccluded { from_s, to_s });
+        let error = ProcessRobot::start(&simulation, &config).err().expect("refused").to_string();
+        assert!(error.contains("the fault LidarOccluded"), "{error}");
+        let change = LidarChange::EveryNth(0);
+        simulation.faults = vec![FaultInjection::Lidar { from_s, to_s, change }];
+        for result in [
+            ProcessRobot::start(&simulation, &config).err(),
+            simulation.robot(&Config::default()).err(),
+        ] {
+            let error = result.expect("refused").to_string();
+            assert_eq!(error, "[faults.0] EveryNth is 0: it must be at least 1");
+        }
+    }
+
+    #[test]
+    fn impossible_moving_obstacles_are_errors_of_the_simulator() {
+        for (moving, is_valid) in [
+            ("[[1, 2, 0.3]]", true),
+            ("[[1, 2, -0.3]]", false),
+            ("[[1, 2, 0]]", false),
+            ("[[1, 2, 1e9]]", false),
+            ("[[1e300, 2, 0.3]]", false),
+        ] {
+            let (_folder, config) =
+                simulator(&STATE.replace(r#""moving": []"#, &format!(r#""moving": {moving}"#)));
+            let error = ProcessRobot::start(&simulation(), &config).err();
+            let names_it = error
+                .as_ref()
+                .is_some_and(|error| error.to_string().contains("`truth.moving` 0 is ["));
+            assert_eq!((error.is_none(), names_it), (is_valid, !is_valid), "{moving}: {error:?}");
+        }
     }
 }

@@ -1,7 +1,10 @@
 //! The sender of a simulated base: its protective layer and its ramp.
 
+use super::FaultInjection;
+use super::wrong_planner::WrongCommands;
 use crate::base::{ProtectiveAction, ProtectiveLayer};
-use crate::geometry::Twist;
+use crate::geometry::{Pose, Twist};
+use crate::map::MovingDisc;
 use crate::robot::TickClock;
 use crate::runtime::{Config, LidarData};
 use crate::settings::SettingError;
@@ -10,6 +13,7 @@ use crate::settings::SettingError;
 pub(super) struct ProtectedSender {
     layer: ProtectiveLayer,
     tick_clock: TickClock,
+    wrong_commands: WrongCommands,
     /// The last command after protection.
     pub sent: Twist,
 }
@@ -17,18 +21,27 @@ pub(super) struct ProtectedSender {
 impl ProtectedSender {
     /// # Errors
     /// Names the first setting out of range.
-    pub fn new(config: &Config) -> Result<Self, SettingError> {
+    pub fn new(config: &Config, seed: u64) -> Result<Self, SettingError> {
         let period_s = config.local.control_period_s;
         let mut layer = config.protective_layer(period_s)?;
         // A simulated robot needs no operator.
         layer.arm();
         let tick_clock = TickClock::new(period_s);
-        Ok(Self { layer, tick_clock, sent: Twist::STOP })
+        let planner = config.simulation.wrong_planner;
+        let wrong_commands = WrongCommands::new(planner, config.robot.limits, seed);
+        Ok(Self { layer, tick_clock, wrong_commands, sent: Twist::STOP })
     }
 
-    /// The command that the sender lets through at a time, seconds.
-    pub fn protected(&mut self, command: &Twist, time_s: f64) -> Twist {
-        let (limited, _) = self.layer.limit(command, &self.sent, time_s);
+    /// The command that the sender lets through at a time, seconds. A wrong planner drives the robot at its true pose among people.
+    pub fn protected(
+        &mut self,
+        command: &Twist,
+        faults: &[FaultInjection],
+        time_s: f64,
+        (pose, people): (&Pose, &[MovingDisc]),
+    ) -> Twist {
+        let command = self.wrong_commands.instead(command, faults, time_s, pose, people);
+        let (limited, _) = self.layer.limit(&command, &self.sent, time_s);
         let tick = self.tick_clock.tick(time_s);
         self.sent = self.layer.ramp(&limited, &self.sent, tick);
         self.sent

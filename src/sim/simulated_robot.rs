@@ -7,7 +7,6 @@ use super::fixes::SimulatedPositioning;
 use super::past_obstacles::PastObstacles;
 use super::protected_sender::ProtectedSender;
 use super::simulated_lidar::SimulatedLidar;
-use super::wrong_planner::WrongCommands;
 use super::{FaultInjection, MovingObstacles, SimBase, SimError, Simulation, World, draw_plant};
 use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, Twist, wrap_angle};
@@ -48,7 +47,6 @@ pub struct SimulatedRobot<B = SimBase> {
     contact: Option<Contact>,
     /// Recent true poses.
     true_poses: PoseHistory,
-    wrong_commands: WrongCommands,
     sender: ProtectedSender,
     lidar: SimulatedLidar,
     positioning: Option<SimulatedPositioning>,
@@ -60,8 +58,8 @@ impl<B: Robot> SimulatedRobot<B> {
     /// Puts a base, which stands at the mission's start, into the world of a simulation.
     pub(super) fn new(simulation: &Simulation, config: &Config, base: B) -> Result<Self, SimError> {
         let Simulation { mission, seed, .. } = simulation;
-        let limits = config.robot.limits;
-        let sender = ProtectedSender::new(config)?;
+        simulation.check_faults()?;
+        let sender = ProtectedSender::new(config, *seed)?;
         let plant = draw_plant(config, *seed);
         let blind_sector = FaultInjection::blind_sector(&plant.lidar);
         let faults = simulation.faults.iter().copied().chain(blind_sector).collect();
@@ -89,7 +87,6 @@ impl<B: Robot> SimulatedRobot<B> {
             least_gap_m: f64::INFINITY,
             contact: None,
             true_poses: PoseHistory::new(),
-            wrong_commands: WrongCommands::new(config.simulation.wrong_planner, limits, *seed),
             sender,
             positioning,
         })
@@ -154,14 +151,6 @@ impl<B: Robot> SimulatedRobot<B> {
                 && self.world.gap_m(&self.footprint, &self.pose) <= 0.0
         };
         self.contact.is_some() || touches_now()
-    }
-
-    /// The command that the sender lets through.
-    fn protected(&mut self, command: &Twist) -> Twist {
-        let people = &self.world.moving;
-        let faults = &self.faults;
-        let command = self.wrong_commands.instead(command, faults, self.time_s, &self.pose, people);
-        self.sender.protected(&command, self.time_s)
     }
 }
 
@@ -232,7 +221,8 @@ impl<B: Robot> Robot for SimulatedRobot<B> {
     }
 
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
-        let command = self.protected(command);
+        let truth = (&self.pose, &self.world.moving[..]);
+        let command = self.sender.protected(command, &self.faults, self.time_s, truth);
         let flow = self.base.drive(&command, period_s);
         // The world moves on while a real base drives, however long that takes.
         let measured = self.base.now_s().zip(self.sensed_s);

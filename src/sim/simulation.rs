@@ -5,6 +5,7 @@ use super::warped_map::warped;
 use super::{FaultInjection, MovingObstacles, SimBase, SimError, SimulatedRobot, draw_plant};
 use crate::map::ObstacleGrid;
 use crate::runtime::{Config, Decider, Mission, MissionResult, Observer, Robot, run_mission};
+use crate::settings::SettingError;
 
 /// A mission and its world.
 #[derive(Clone, Debug)]
@@ -15,7 +16,7 @@ pub struct Simulation {
     pub truth: Option<ObstacleGrid>,
     /// The moving obstacles.
     pub moving_obstacles: MovingObstacles,
-    /// Faults that happen to the robot.
+    /// Faults that happen to the robot. In the simulator of the settings they can only be wrong planners.
     pub faults: Vec<FaultInjection>,
     /// Seed of all noise.
     pub seed: u64,
@@ -47,17 +48,25 @@ impl Simulation {
     /// [`MissionRun`](crate::runtime::MissionRun), or by a caller who decides everything.
     ///
     /// # Errors
-    /// Names the first setting that is out of range.
+    /// Names the first setting, or number of a fault, that is out of range.
     pub fn robot(&self, config: &Config) -> Result<SimulatedRobot, SimError> {
         config.validate()?;
         self.mission.validate()?;
         SimulatedRobot::new(self, config, SimBase::of(config, self.mission.start, self.seed)?)
     }
 
+    /// Checks the faults; an error names the index of the first wrong one.
+    pub(super) fn check_faults(&self) -> Result<(), SettingError> {
+        for (index, fault) in self.faults.iter().enumerate() {
+            fault.validate().map_err(|error| error.in_table(&format!("faults.{index}")))?;
+        }
+        Ok(())
+    }
+
     /// Runs the mission with a simulated base, or in the simulator of the settings if they name a program.
     ///
     /// # Errors
-    /// As [`run_mission`], and when that program cannot be started.
+    /// As [`run_mission`], for a number of a fault out of range, and when that program cannot be started or cannot inject a fault.
     pub fn run(
         &self,
         config: &Config,
@@ -87,7 +96,7 @@ impl Simulation {
     /// of its odometry.
     ///
     /// # Errors
-    /// As [`run_mission`].
+    /// As [`run_mission`], and for a number of a fault out of range.
     pub fn run_with(
         &self,
         base: &mut dyn Robot,

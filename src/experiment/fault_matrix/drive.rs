@@ -128,18 +128,56 @@ impl FaultCase {
             End::Reason(text) => reason.as_ref().is_some_and(|reason| reason.contains(text)),
         };
         let is_in_time = self.limit_s.is_none_or(|limit_s| stood_s <= limit_s);
-        let has_passed =
-            !is_robot && stands_at_end && ends_as_required && is_in_time && has_met_engine_fault;
+        let failure = if is_robot || !ends_as_required {
+            let reason = reason.as_ref().map_or_else(String::new, |reason| format!(": {reason}"));
+            Some(format!("{}{reason}", ended.text()))
+        } else if !stands_at_end {
+            Some("it moves at the end".to_owned())
+        } else if !has_met_engine_fault {
+            Some("the engine met no fault".to_owned())
+        } else {
+            (!is_in_time).then(|| format!("it stood {stood_s:.2} s after the fault"))
+        };
         row.runs += 1;
         row.contacts_robot += usize::from(is_robot);
         if self.limit_s.is_some() {
             row.stood_s = Some(row.stood_s.map_or(stood_s, |longest_s| longest_s.max(stood_s)));
         }
         row.min_gap_m = Some(row.min_gap_m.map_or(gap_m, |least_m| least_m.min(gap_m)));
-        if row.passed {
+        // A later drive that meets the requirement must not hide the failure.
+        if failure.is_some() {
+            (row.passed, row.reason) = (false, failure);
+        } else if row.passed {
             row.reason = reason.or(row.reason.take());
         }
-        row.passed &= has_passed;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn row_has_the_reason_of_the_last_drive_that_failed() {
+        let case = |limit_s| FaultCase {
+            name: "silent lidar",
+            limit_s: Some(limit_s),
+            end: End::WithoutContact,
+            prepare: |drive| {
+                drive.simulation.mission.time_limit_s = AT_S + 4.0;
+                drive.inject(FaultInjection::LidarSilent { from_s: AT_S, to_s: f64::INFINITY });
+                Ok(())
+            },
+        };
+        let mut row = FaultRow { passed: true, ..FaultRow::default() };
+        case(4.0).drive(1, &mut row).expect("a drive");
+        assert!(row.passed && !row.reason.as_ref().is_some_and(|reason| reason.contains("stood")));
+        for limit_s in [0.0, 4.0] {
+            case(limit_s).drive(1, &mut row).expect("a drive");
+            let reason = row.reason.as_deref().unwrap_or_default();
+            assert!(!row.passed && reason.contains("s after the fault"), "{row:?}");
+        }
+        assert_eq!(row.runs, 3);
     }
 }

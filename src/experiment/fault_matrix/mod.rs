@@ -38,7 +38,7 @@ columns! {
         pub parking_s: Option<f64> => 1,
         /// Whether every drive met the requirement.
         pub passed: bool,
-        /// The reason of the last drive that failed the requirement, else of the last that did not reach its goal.
+        /// How the last drive that failed the requirement failed it; else the reason of the last that did not reach its goal.
         pub reason: Option<String>,
     }
 }

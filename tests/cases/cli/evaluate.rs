@@ -9,7 +9,7 @@ use super::program::{Workplace, assert_fields};
 const TOLERANCE: f64 = 1e-3;
 
 /// A room of 41 by 41 cells of 0.1 m with the robot in the centre; three speeds and three turn rates.
-fn room() -> Value {
+pub(super) fn room() -> Value {
     json!({
         "map": {"resolution_m": 0.1, "rows": room::rows(41, 41, &[])},
         "robot": {"pose": [2.05, 2.05, 0.0], "velocity": [0.2, 0.0],
@@ -208,6 +208,11 @@ fn map_file_is_relative_to_problem_file() {
     assert_eq!(status, 0);
     assert_eq!(from_rows, from_file);
     assert!(from_rows.get("samples").is_none());
+    // A file has its own place.
+    problem["map"]["origin"] = json!([5.0, 5.0]);
+    place.write("deep/moved.json", problem.to_string());
+    let refusal = place.refusal("evaluate --problem deep/moved.json");
+    assert!(refusal.contains("line 1: map.origin: it is only for map.rows"), "{refusal}");
 }
 
 #[test]

@@ -91,9 +91,24 @@ fn results_are_printed_before_files_that_cannot_be_written() {
     let place = Workplace::with_room();
     fs::create_dir_all(place.path("full")).expect("a folder");
     symlink("/dev/full", place.path("full/index.html")).expect("a link");
+    symlink("/dev/full", place.path("full.svg")).expect("a link");
+    place.write("problem.json", super::evaluate::room().to_string());
+    super::records::write_records(&place);
     let room = "--map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5 --engine cpu";
     let run = place.run(&format!("drive {room} --record run.mcap"));
     assert_eq!(run.status, 0, "{run:?}");
+    let plan = "plan --map room.txt --resolution 0.2 --start 1,1.5 --goal 5,1.5";
+    for arguments in [plan, "evaluate --problem problem.json --engine cpu", "bench draw barn.csv"] {
+        let run = place.run(&format!("{arguments} --svg full.svg"));
+        assert_eq!(run.status, 2, "{arguments}: {run:?}");
+        assert!(!run.stdout.is_empty(), "{arguments}: {run:?}");
+    }
+    // The other picture is tried, and a wrong name of one file costs none.
+    place.run("bench draw barn.csv --svg full.svg --report drawn");
+    assert!(place.path("drawn/index.html").is_file());
+    place.write("mine/index.html", "<p>mine</p>");
+    let draw = "bench draw barn.csv --svg new.svg --report mine";
+    assert!(place.refusal(draw).contains("--report mine") && !place.path("new.svg").exists());
     for arguments in [
         &*format!("drive {room}"),
         "replay run.mcap --engine cpu",

@@ -149,7 +149,7 @@ fn program_that_cannot_be_used_is_unusable_input() {
         ("--simulator 'sh missing.sh'", "the simulator `sh missing.sh`: the program ended"),
         (
             "--simulator 'sh missing.sh' --set simulation.lidar.mount_x_m=0.2",
-            "it has its own lidar: leave mount_x_m, mount_y_m, mount_yaw_rad and scan_rate_hz",
+            "it has its own lidar: leave mount_x_m, mount_y_m, mount_yaw_rad, scan_rate_hz and blind_time_s",
         ),
         ("--controller ''", "it must be a program and its arguments"),
     ] {
@@ -374,6 +374,11 @@ fn runs_whose_program_did_not_answer_are_driven_again() {
     let (_, failed) = object(&place.run(compare));
     let faults = text(&failed["ranked"][0], "faults");
     assert!(faults.contains("CONTROLLER_TIMED_OUT: 1"), "{failed}");
+    // A result stays until a better one replaces it: another process may have driven the cell meanwhile.
+    let cells = || fs::read_dir(place.path("cells/cells")).expect("a folder").count();
+    fs::rename(place.path("slow.sh"), place.path("gone.sh")).expect("renamed");
+    assert_eq!((place.run(compare).status, cells()), (2, 1));
+    fs::rename(place.path("gone.sh"), place.path("slow.sh")).expect("renamed");
     place.write("ready", "");
     let run = place.run(compare);
     let (status, ranked) = object(&run);

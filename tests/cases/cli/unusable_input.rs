@@ -220,6 +220,31 @@ fn faults_without_the_flags_that_they_need_are_rejected() {
     assert_table(&place, "base emulate --for 0.1", table);
 }
 
+/// They would do nothing.
+#[test]
+fn flags_of_logs_and_drives_exclude_each_other() {
+    let place = place();
+    place.write("drive.log", "FLASER 1 3 0 0 0 0 0 0 1 host 1\n");
+    let table = "
+--log drive.log --record rows.csv -> --record; --log
+--log drive.log --threads 2 -> --threads; --log
+--case tour --scan-topic /scan -> --scan-topic; --log
+--case tour --odometry-topic /odom -> --odometry-topic; --log
+";
+    assert_table(&place, "bench localization", table);
+}
+
+#[test]
+fn fault_matrix_without_a_fault_is_rejected() {
+    let table = "
+--only liddar -> --only liddar; no fault in simulation; lidar sees no surface
+--only liddar --serial 0 -> --only liddar; no fault in simulation
+--seeds 0 --serial 0 -> --seeds 0 --serial 0
+--only lidar --seeds 0 -> --only lidar; --seeds 0
+";
+    assert_table(&place(), "bench faults", table);
+}
+
 #[test]
 fn unusable_png_file_is_rejected() {
     let place = place();

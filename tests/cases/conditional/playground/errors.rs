@@ -43,7 +43,7 @@ fn invalid_bodies_are_rejected() -> Result<(), Failed> {
     };
     let large = " ".repeat(65_537);
     let nested = "[".repeat(60_000);
-    let bodies: [(&str, u16, &str); 13] = [
+    let bodies: [(&str, u16, &str); 15] = [
         ("", 400, "line 1, column 0"),
         ("{\"map\": ", 400, "line 1, column"),
         ("nonsense", 400, "line 1, column"),
@@ -54,6 +54,16 @@ fn invalid_bodies_are_rejected() -> Result<(), Failed> {
             &with(|problem| problem["map"]["file"] = json!("/etc/passwd")),
             400,
             "one of \"roadway\", \"crossing\"",
+        ),
+        (
+            &with(|problem| problem["map"]["origin"] = json!([1.0, 2.0])),
+            400,
+            "map.origin: it is only for map.rows",
+        ),
+        (
+            &with(|problem| problem["map"]["resolution_m"] = json!(0.1)),
+            400,
+            "a scene states its own resolution",
         ),
         (
             &with(|problem| problem["map"] = json!({"resolution_m": 1.0, "rows": ["."]})),

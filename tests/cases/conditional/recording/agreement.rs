@@ -1,12 +1,17 @@
 //! A replay gives the recorded bits on every engine, and reports one flipped bit.
 
+use core::ops::ControlFlow;
 use std::io::Cursor;
 
 use inbye::local::{CpuEngine, EngineError, Failover};
 use inbye::navigator::Mode;
-use inbye::recording::{BackpressurePolicy, FieldValue, Reader};
+use inbye::recording::{
+    BackpressurePolicy, DriveMetadata, FieldValue, Reader, Recorder, RecordingError, replay,
+};
 
-use super::drives::{Memory, cpu, crowded, late_tour, record, record_by, replay_on, tour};
+use super::drives::{
+    Memory, cpu, crowded, late_tour, record, record_by, replay_on, tour, try_replay_on,
+};
 use crate::support::mcap_copy::altered;
 
 pub const TESTS: &[super::Test] = &[
@@ -16,6 +21,8 @@ pub const TESTS: &[super::Test] = &[
     ("replay_reports_flipped_bit_of_decision", replay_reports_flipped_bit),
     ("replay_of_changed_observation_differs", replay_of_changed_observation_differs),
     ("reader_returns_drive_to_the_bit", reader_returns_drive),
+    ("recording_without_ticks_is_no_agreement", recording_without_ticks_is_rejected),
+    ("replay_ends_where_its_observer_breaks", replay_ends_at_break),
 ];
 
 pub const GPU_TESTS: [(&str, crate::support::adapters::GpuTest); 1] =
@@ -33,6 +40,30 @@ fn replay_on_cpu_agrees() {
             assert!(replay.is_complete && replay.ticks > 50, "{replay:?}");
         }
     }
+}
+
+fn recording_without_ticks_is_rejected() {
+    let (simulation, config) = tour();
+    let metadata = DriveMetadata::new(&simulation.mission, &config, "CPU".to_owned());
+    let file = Memory::default();
+    let recorder = Recorder::new(file.clone(), &metadata, BackpressurePolicy::Block);
+    let report = recorder.expect("valid metadata").finish(String::new());
+    assert_eq!(report.stopped, None);
+    let error = try_replay_on(&file.bytes(), cpu(1));
+    let error = error.expect_err("no tick").to_string();
+    assert!(error.starts_with("the file has no tick"), "{error}");
+}
+
+fn replay_ends_at_break() {
+    let (simulation, config) = tour();
+    let (_, file) = record(&simulation, &config);
+    let mut recording = Reader::open(Cursor::new(file)).expect("a recording");
+    let mut seen = 0;
+    let error = replay(&mut recording, cpu(1), None, &mut |_| {
+        seen += 1;
+        if seen == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert!(matches!(error, Err(RecordingError::Interrupted { ticks: 3 })), "{error:?}");
 }
 
 /// The bits agree, but they are not those of the GPU.

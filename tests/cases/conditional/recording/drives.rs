@@ -1,5 +1,6 @@
 //! Short drives to record, and files to record them in.
 
+use core::ops::ControlFlow;
 use std::io::{self, Cursor, Write};
 use std::sync::{Arc, Mutex};
 
@@ -9,7 +10,8 @@ use inbye::local::{CpuEngine, Engine};
 use inbye::map::OccupancyGrid;
 use inbye::navigator::Goal;
 use inbye::recording::{
-    BackpressurePolicy, DriveMetadata, Reader, Recorder, RecordingReport, Replay, replay,
+    BackpressurePolicy, DriveMetadata, Reader, Recorder, RecordingError, RecordingReport, Replay,
+    replay,
 };
 use inbye::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
 use inbye::sim::{Simulation, crossing};
@@ -132,6 +134,10 @@ pub fn crowded() -> (Simulation, Config) {
 }
 
 pub fn replay_on(file: &[u8], engine: Box<dyn Engine>) -> Replay {
+    try_replay_on(file, engine).expect("a whole or truncated file")
+}
+
+pub fn try_replay_on(file: &[u8], engine: Box<dyn Engine>) -> Result<Replay, RecordingError> {
     let mut recording = Reader::open(Cursor::new(file)).expect("a recording");
-    replay(&mut recording, engine, None, &mut |_| {}).expect("a whole or truncated file")
+    replay(&mut recording, engine, None, &mut |_| ControlFlow::Continue(()))
 }
