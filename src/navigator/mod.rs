@@ -21,6 +21,7 @@ mod global_planner;
 mod goal_yaw;
 mod inflated_bodies;
 mod map_update;
+mod mode_ticks;
 mod narrow_passages;
 mod navigation_map;
 #[expect(clippy::module_inception, reason = "the main type of this module has its name")]
@@ -41,7 +42,6 @@ mod settings;
 mod speed_limits;
 mod staging;
 mod state;
-mod stuck_ticks;
 #[cfg(test)]
 mod test_state;
 mod tracker;
@@ -70,6 +70,8 @@ pub use zoned_map::ZonedMap;
 
 #[cfg(feature = "sim")]
 pub(crate) use goal_yaw::no_room;
+#[cfg(feature = "sim")]
+pub(crate) use mode_ticks::ModeTicks;
 pub(crate) use route::Route;
 #[cfg(feature = "experiment")]
 pub(crate) use scan_visibility::measures_beyond;

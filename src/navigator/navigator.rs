@@ -16,6 +16,7 @@ use super::first_problem::check_first_problem;
 use super::global_planner::checked_plan;
 use super::goal_yaw::check_yaws;
 use super::inflated_bodies::InflatedBodies;
+use super::mode_ticks::ModeTicks;
 use super::narrow_passages::OVERLOOKED_M;
 use super::observation::ObservationValidator;
 use super::obstacle_model::window_half_m;
@@ -25,7 +26,6 @@ use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
 use super::staging::StagingSearch;
 use super::state::{Measured, PredictedState, RobotModel, State};
-use super::stuck_ticks::StuckTicks;
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
@@ -73,7 +73,7 @@ pub struct Navigator {
     route: Route,
     plans: Vec<Plan>,
     progress: Progress,
-    stuck_ticks: StuckTicks,
+    stuck_ticks: ModeTicks,
     pub(super) replanner: Replanner,
     behaviours: Behaviours,
     /// Decides in place of the behaviours, if there is one.
@@ -147,7 +147,7 @@ impl Navigator {
             route: Route::new(&plan, &settings),
             plans: vec![plan],
             progress: Progress::default(),
-            stuck_ticks: StuckTicks::default(),
+            stuck_ticks: ModeTicks::default(),
             replanner: Replanner::new(closed, global_planner)?,
             behaviours: Behaviours::new(planner),
             controller: None,

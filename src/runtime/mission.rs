@@ -11,8 +11,8 @@ use crate::local::{Engine, GpuFailureKind, Incidents, Sampling, TrajectoryFan};
 use crate::localization::{LocalizationError, MapChanges, PoseEstimate};
 use crate::map::{OccupancyGrid, UnknownPolicy, Zones};
 use crate::navigator::{
-    Controller, DeadlineStats, Decision, Fault, Goal, Mode, NavigationMap, Navigator, Observation,
-    ObservationFault,
+    Controller, DeadlineStats, Decision, Fault, Goal, Mode, ModeTicks, NavigationMap, Navigator,
+    Observation, ObservationFault,
 };
 use crate::robot::MotionEstimate;
 use crate::settings::{SettingError, require};
@@ -267,7 +267,7 @@ impl MissionResult {
             // A lost line to the base, say, is the cause of what the navigator lacked.
             (_, Some(fault), Some(cause)) => format!("{fault}; {cause}"),
             (_, Some(fault), None) => fault.to_string(),
-            (None, None, _) => "the time was up".to_owned(),
+            (None, None, _) => self.time_was_up(),
             (Some(EarlyEnd::RobotStopped), None, Some(fault)) => fault.clone(),
             (Some(early_end), None, _) => early_end.text().to_owned(),
         };
@@ -282,6 +282,15 @@ impl MissionResult {
         let mode = if waits { self.last_action.name() } else { mode }.replace('_', " ");
         let Pose { x, y, yaw } = last.pose;
         Some(format!("{why}; {mode} at ({x:.2}, {y:.2}, {yaw:.2})"))
+    }
+
+    /// That the time was up, and what the robot did in it.
+    fn time_was_up(&self) -> String {
+        let mut ticks = ModeTicks::default();
+        self.trace.rows.iter().for_each(|row| ticks.count(row.mode));
+        let did =
+            if self.trace.rows.is_empty() { String::new() } else { format!(": {}", ticks.text()) };
+        format!("the time was up{did}")
     }
 }
 

@@ -1,4 +1,4 @@
-//! What a robot did while it made no progress, for the reason of a failed mission.
+//! What a robot did in a number of ticks, for the reason of a mission that did not arrive.
 
 use std::collections::BTreeMap;
 
@@ -12,15 +12,15 @@ const BLIND_SCAN: &str = "blind_scan";
 const BLIND_CAUSE: &str = "; too few beams have a return: the lidar is covered, or nothing is within its range, where a lidar that \
     sees farther or collision_monitor.min_return_share = 0 helps";
 
-/// The ticks since the last progress.
+/// Ticks by what the robot did.
 #[derive(Clone, Debug, Default)]
-pub(super) struct StuckTicks {
+pub(crate) struct ModeTicks {
     by_mode: BTreeMap<&'static str, u32>,
     /// Those in which the protective layer changed the command, by its action.
     by_protection: BTreeMap<&'static str, u32>,
 }
 
-impl StuckTicks {
+impl ModeTicks {
     /// Starts again where the robot has made progress.
     pub fn restart_if(&mut self, has_progress: bool) {
         if has_progress {
@@ -82,8 +82,8 @@ impl StuckTicks {
 mod tests {
     use super::*;
 
-    fn after(modes: &[(Mode, u32)]) -> StuckTicks {
-        let mut ticks = StuckTicks::default();
+    fn after(modes: &[(Mode, u32)]) -> ModeTicks {
+        let mut ticks = ModeTicks::default();
         for (mode, count) in modes {
             (0..*count).for_each(|_| ticks.count(*mode));
         }
