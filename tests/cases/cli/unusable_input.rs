@@ -128,7 +128,7 @@ fn unusable_flags_are_rejected() {
 --real-time-factor 0 -> --real-time-factor; a number: 0.01 to 1000
 --set local.sim_step_s=5 -> --set local.sim_step_s=5: [local] sim_step_s is 5; at most sim_time_s
 --set local.max_clearance_m=500 -> [local] max_clearance_m is 500; at most 11
---set local.max_clearance_m=11 -> mine.yaml: with these settings; max_clearance_m plus disc; at most
+--set local.max_clearance_m=11 -> mine.yaml: with these settings; the sum of max_clearance_m of [local]; at most
 --set robot.limits.max_vel_x=0 -> --set robot.limits.max_vel_x=0: [robot.limits] max_vel_x is 0; above zero
 --set controller.command=[''] -> --set controller.command; [controller] length of the program
 --set simulator.command=['','x'] -> --set simulator.command; [simulator] length of the program
