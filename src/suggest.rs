@@ -32,10 +32,23 @@ pub fn closest_name<'a>(given: &str, known: impl IntoIterator<Item = &'a str>) -
     (similarity >= MIN_SIMILARITY).then_some(known)
 }
 
+/// A count with its noun, such as "1 core" and "2 cores". The plural of the noun ends with an s.
+///
+/// ```
+/// use inbye::suggest::counted;
+/// assert_eq!([counted(1, "run"), counted(0, "run")], ["1 run", "0 runs"]);
+/// ```
+#[must_use]
+pub fn counted(count: usize, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Rust type names in messages of serde, and their replacements.
 #[cfg(feature = "sim")]
-const TYPES: [(&str, &str); 5] = [
+const TYPES: [(&str, &str); 7] = [
+    ("expected u8", "expected a whole number, 0 to 255"),
     ("expected u32", "expected a whole number, at least 0"),
+    ("expected u64", "expected a whole number, at least 0"),
     ("expected usize", "expected a whole number, at least 0"),
     ("expected f64", "expected a number"),
     ("expected a sequence", "expected a list"),

@@ -244,7 +244,10 @@ impl Base for SerialBase {
 }
 
 fn cannot_open(name: &str, error: &serialport::Error) -> BaseError {
-    let (port, reason) = (name.to_owned(), error.to_string());
+    // The system's word for a file that is no terminal.
+    let is_terminal = !error.description.starts_with("Not a typewriter");
+    let reason = if is_terminal { error.to_string() } else { "it is no serial port".to_owned() };
+    let port = name.to_owned();
     // On Unix this kind stands for a port that is locked or busy, elsewhere for one that does not exist.
     let is_in_use = cfg!(unix) && error.kind == serialport::ErrorKind::NoDevice;
     if is_in_use { BaseError::InUse { port } } else { BaseError::CannotOpen { port, reason } }
@@ -260,4 +263,16 @@ pub fn open_lidar_port(name: &str) -> Result<Box<dyn Read + Send>, BaseError> {
     // Older bytes measure from where the robot was before.
     let _ = port.clear(ClearBuffer::Input);
     Ok(port)
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn file_that_is_no_terminal_is_named_so() {
+        let error = open_lidar_port("/dev/null").err().map(|error| error.to_string());
+        let error = error.expect("no port");
+        assert!(error.starts_with("/dev/null: cannot be opened (it is no serial port)"), "{error}");
+    }
 }

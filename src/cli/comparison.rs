@@ -7,6 +7,7 @@ use clap::Args;
 use inbye::bench::text_table;
 use inbye::experiment::{Cell, RankedPlanner, RunRow, planner_names, rankings};
 use inbye::report::{ComparisonReport, comparison_files};
+use inbye::suggest::counted;
 use serde_json::json;
 
 use super::arguments::whole;
@@ -47,18 +48,9 @@ pub fn run(arguments: &CompareArguments) -> anyhow::Result<bool> {
     let folder = ReportFolder::create(arguments.report.as_deref())?;
     let (rows, recorded) = arguments.run.run(&grid, |_| {})?;
     let ranked = rankings(&rows);
-    let lines = text_table(&ranked, RankedPlanner::SUMMARY).into_iter();
-    let verdicts = ranked.iter().filter(|planner| planner.rank > 1);
-    let verdicts =
-        verdicts.map(|planner| format!("{}: {}", planner.planner, planner.verdict.text()));
-    let left_out = ranked.iter().filter(|planner| planner.left_out > 0).map(|planner| {
-        let RankedPlanner { planner, left_out, .. } = planner;
-        format!("{planner}: {left_out} other runs do not count: another planner lacks their worlds or seeds")
-    });
-    let faults = ranked.iter().filter_map(|planner| {
-        planner.faults.as_ref().map(|faults| format!("{}: faults: {faults}", planner.planner))
-    });
-    let lines = lines.chain(verdicts).chain(left_out).chain(faults);
+    let lines = ranked
+        .chunk_by(|one, next| one.kind == next.kind)
+        .flat_map(|ranking| ranking_text(ranking, ranking.len() < ranked.len()));
     output::result(&json!({ "ranked": ranked, "rows": rows }), lines)?;
     let plays = match &arguments.report {
         Some(report) => play(&grid.distinct(), &rows, arguments.play, report)?,
@@ -78,6 +70,26 @@ pub fn run(arguments: &CompareArguments) -> anyhow::Result<bool> {
     });
     all_written([recorded, reported])?;
     Ok(true)
+}
+
+/// The ranking of the planners in worlds of one kind, with the name of the kind if there are several.
+fn ranking_text(ranking: &[RankedPlanner], has_several: bool) -> Vec<String> {
+    let kind = ranking.first().filter(|_| has_several).map(|planner| planner.kind);
+    let mut lines: Vec<String> =
+        kind.map(|kind| format!("Worlds: {}", kind.name())).into_iter().collect();
+    lines.extend(text_table(ranking, RankedPlanner::SUMMARY));
+    let verdicts = ranking.iter().filter(|planner| planner.rank > 1);
+    lines
+        .extend(verdicts.map(|planner| format!("{}: {}", planner.planner, planner.verdict.text())));
+    lines.extend(ranking.iter().filter(|planner| planner.left_out > 0).map(|planner| {
+        let RankedPlanner { planner, left_out, .. } = planner;
+        let runs = counted(*left_out, "other run");
+        format!("{planner}: not counted: {runs} in worlds or with seeds that another planner lacks")
+    }));
+    lines.extend(ranking.iter().filter_map(|planner| {
+        planner.faults.as_ref().map(|faults| format!("{}: faults: {faults}", planner.planner))
+    }));
+    lines
 }
 
 /// Drives the first worlds and seeds again, and writes a page for each run in which the robot drove. Returns the files by the runs'
@@ -131,4 +143,23 @@ fn file_name(row: &RunRow, planner: &str) -> String {
     let description: String = text.chars().map(plain).take(MAX_DESCRIPTION).collect();
     let key: String = row.key.chars().take(KEY_DIGITS).collect();
     format!("run-{description}-{key}.html")
+}
+
+#[cfg(test)]
+mod tests {
+    use inbye::experiment::WorldKind;
+
+    use super::*;
+
+    fn planner(kind: WorldKind) -> RankedPlanner {
+        RankedPlanner { kind, rank: 1, planner: "mine".to_owned(), ..RankedPlanner::default() }
+    }
+
+    #[test]
+    fn rankings_of_several_kinds_name_their_kind() {
+        let one = ranking_text(&[planner(WorldKind::Barn)], true);
+        assert_eq!(one.first().map(String::as_str), Some("Worlds: barn"));
+        let alone = ranking_text(&[planner(WorldKind::Barn)], false);
+        assert_eq!(alone, one[1..]);
+    }
 }

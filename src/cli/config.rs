@@ -5,6 +5,8 @@ use std::path::Path;
 use anyhow::{Context, anyhow};
 use inbye::base::BaseConfig;
 use inbye::input_file::read_text;
+#[cfg(feature = "ros2")]
+use inbye::runtime::TomlError;
 use inbye::runtime::{Config, NodeConfig, is_other_variant, parse_toml};
 use inbye::settings::{KeyError, SettingError};
 use serde::Serialize;
@@ -61,6 +63,18 @@ pub fn load_base(flag: &str, file: Option<&Path>) -> anyhow::Result<BaseConfig> 
         ));
     }
     Ok(config)
+}
+
+/// An error of settings that were valid on their own, with the file and the line that it is about.
+#[cfg(feature = "ros2")]
+pub fn in_file(error: &SettingError, file: Option<&Path>) -> anyhow::Error {
+    let read = file.and_then(|file| Some((file, read_text(file).ok()?)));
+    match read {
+        Some((file, text)) => {
+            anyhow!(TomlError::in_text(error, &text)).context(file.display().to_string())
+        }
+        None => anyhow!(error.clone()),
+    }
 }
 
 /// Warns of a control period that the ROS node does not keep.

@@ -24,7 +24,7 @@ const TITLE: &str = "inbye: benchmark records";
     inbye bench draw barn.csv dynabarn.csv --report records\n\n\
     Nothing is measured. The columns identify what a record contains: latencies, regrets and missions of `bench density`, runs of \
     `bench barn`, `bench dynabarn`, `bench soak` and `bench ablation`, tables of `sweep merge`. A picture shows at most one \
-    record of each kind. Records of `bench movingai` and `bench grids` cannot be drawn.")]
+    record of each kind. Records of `bench movingai` cannot be drawn.")]
 pub struct DrawArguments {
     /// The records, CSV.
     #[arg(required = true, value_name = "RECORD.csv")]

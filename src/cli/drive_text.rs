@@ -9,6 +9,7 @@ use inbye::report::{MissionView, Report, html};
 use inbye::runtime::{
     EarlyEnd, FaultEvents, MissionEnd, MissionResult, StopError, TickEvent, ZoneCompliance,
 };
+use inbye::suggest::counted;
 use serde_json::{Value, json};
 
 use super::output;
@@ -102,11 +103,11 @@ fn outcome(result: &MissionResult) -> &'static str {
 
 fn with_outcome(outcome: &str, result: &MissionResult) -> String {
     format!(
-        "{outcome}: {:.1} m in {:.1} s, {} ticks, {} plans, smallest gap {:.3} m",
+        "{outcome}: {:.1} m in {:.1} s, {}, {}, smallest gap {:.3} m",
         result.travelled_m,
         result.time_s,
-        result.trace.rows.len(),
-        result.plans.len(),
+        counted(result.trace.rows.len(), "tick"),
+        counted(result.plans.len(), "plan"),
         result.min_clearance_m,
     )
 }

@@ -52,6 +52,13 @@ fn check_faults(arguments: &EmulateArguments) -> anyhow::Result<()> {
             !fault.is_of_lidar() || arguments.lidar_map.is_some(),
             "--fault {fault}: no lidar is emulated: add --lidar-map"
         );
+        let (protocol, with_sensor) = (arguments.kind.protocol, fault.protocols());
+        let names: Vec<String> = with_sensor.iter().map(ToString::to_string).collect();
+        ensure!(
+            with_sensor.contains(&protocol),
+            "--fault {fault}: --protocol {protocol} does not report its sensor: use --protocol {}",
+            names.join(" or ")
+        );
     }
     Ok(())
 }

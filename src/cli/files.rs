@@ -127,6 +127,7 @@ impl<'a> ReportFolder<'a> {
     /// The folder cannot be created or written, or it has such a page.
     pub fn of_argument(flag: &'static str, folder: Option<&'a Path>) -> anyhow::Result<Self> {
         if let Some(name) = folder {
+            own_file::reserve(flag, name)?;
             fs::create_dir_all(name).map_err(|error| {
                 let what = format!("{flag} {}: cannot be a folder", name.display());
                 refused(what, error, "choose another name")

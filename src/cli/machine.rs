@@ -13,6 +13,8 @@ use inbye::external::{LineProcess, interrupt_by};
 use inbye::local::{AdapterSelection, CpuEngines, Engine, EngineError, open_engines};
 use serde_json::{Value, json};
 
+use inbye::suggest::counted;
+
 use super::output;
 #[cfg(unix)]
 use super::stop_signals;
@@ -89,7 +91,7 @@ pub fn description() -> String {
         Some(line.split_once(':')?.1.trim().to_owned())
     });
     let model = model.unwrap_or_else(|| "processor unknown".to_owned());
-    format!("{model}, {} cores, {ARCH}, {OS}", cores())
+    format!("{model}, {}, {ARCH}, {OS}", counted(cores(), "core"))
 }
 
 /// Adds the command-line option that avoids an engine error.
@@ -166,7 +168,7 @@ pub fn devices() -> anyhow::Result<bool> {
     let (cores, architecture) = (cores(), std::env::consts::ARCH);
     let listed =
         if features.is_empty() { "no vector features".to_owned() } else { features.join(" ") };
-    let mut lines = vec![format!("CPU: {cores} cores, {architecture}, {listed}")];
+    let mut lines = vec![format!("CPU: {}, {architecture}, {listed}", counted(cores, "core"))];
     let missing = adapters.is_empty().then(NoAdapter::new);
     if let Some(NoAdapter { text, cure }) = &missing {
         lines.push(format!("GPU: {text} ({cure})"));

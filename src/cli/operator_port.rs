@@ -10,6 +10,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use inbye::base::OperatorState;
+use serde_json::json;
 
 use super::operator::Operator;
 
@@ -19,6 +20,24 @@ const REQUEST_TIME: Duration = Duration::from_millis(500);
 
 /// Most clients at once. A further one takes the place of the client that has waited longest.
 const MAX_CLIENTS: usize = 64;
+
+/// Answers, each with the reason of a refusal.
+type Answer = (&'static str, Option<&'static str>);
+const OK: Answer = ("200 OK", None);
+const FOREIGN: Answer = (
+    "403 Forbidden",
+    Some(
+        "a page of a browser must not arm a robot: send POST /arm without an Origin, such as with curl",
+    ),
+);
+const INEXACT: Answer = (
+    "400 Bad Request",
+    Some(
+        "POST /arm must be text with lines that end with CR and LF: send it with a HTTP client, such as curl",
+    ),
+);
+const UNKNOWN: Answer =
+    ("404 Not Found", Some("unknown request: use POST /arm, POST /stop or GET /status"));
 
 /// Time between two looks at the clients that have not sent their requests.
 const POLL_TIME: Duration = Duration::from_millis(2);
@@ -135,21 +154,22 @@ impl Client {
         let is_foreign = head.to_ascii_lowercase().contains("\norigin:");
         let is_exact = head.ends_with("\r\n\r\n") && str::from_utf8(&self.head).is_ok();
         let mut words = head.split_whitespace();
-        let status = match (words.next(), words.next()) {
-            _ if self.has_stopped => "200 OK",
-            (Some("POST"), Some("/arm")) if is_foreign => "403 Forbidden",
-            (Some("POST"), Some("/arm")) if !is_exact => "400 Bad Request",
+        let (status, reason) = match (words.next(), words.next()) {
+            _ if self.has_stopped => OK,
+            (Some("POST"), Some("/arm")) if is_foreign => FOREIGN,
+            (Some("POST"), Some("/arm")) if !is_exact => INEXACT,
             (Some("POST"), Some("/arm")) => {
                 match operator.switch.state() {
                     OperatorState::Armed => operator.switch.arm(),
                     _ => operator.arm(),
                 }
-                "200 OK"
+                OK
             }
-            (Some("GET"), Some("/status")) => "200 OK",
-            _ => "404 Not Found",
+            (Some("GET"), Some("/status")) => OK,
+            _ => UNKNOWN,
         };
-        let body = operator.status().to_string();
+        let body = reason.map_or_else(|| operator.status(), |reason| json!({ "error": reason }));
+        let body = body.to_string();
         let length = body.len();
         // A client that has gone needs no answer, and an answer this short fits into the buffer of every other one.
         let _ = write!(
@@ -237,7 +257,13 @@ mod tests {
         ] {
             let answer = request(address, text);
             assert!(answer.starts_with(&format!("HTTP/1.1 {status}\r\n")), "{text}: {answer}");
-            assert!(answer.ends_with(&format!("{{\"state\":\"{}\"}}", state.name())), "{answer}");
+            let body = match status {
+                "200 OK" => format!("{{\"state\":\"{}\"}}", state.name()),
+                "403 Forbidden" => json!({ "error": FOREIGN.1 }).to_string(),
+                _ => "{\"error\":\"unknown request: use POST /arm, POST /stop or GET /status\"}"
+                    .to_owned(),
+            };
+            assert!(answer.ends_with(&format!("\r\n\r\n{body}")), "{answer}");
             assert_eq!(switch.state(), state, "{text}");
         }
     }

@@ -32,7 +32,8 @@ const MINE_SHARE: usize = 5;
 #[command(after_help = "Example:\n  inbye bench paper --repetitions 5 --runs 1 --report paper\n\n\
     Every variant searches the same free cells, for the default robot. Times are medians of searching, pruning and \
     smoothing, all variants in turn. Exit status 1: a path is closer to an obstacle than it must be, an exact search has one \
-    that is not shortest, or a drive touched something or did not arrive.\n\
+    that is not shortest, or a drive did not arrive. A drive among people who do not yield that ends because one of them walks \
+    into the standing robot is a finding and no fault: the tables count it as a contact.\n\
     With --out the same command drives only what an interrupted one did not.")]
 pub struct PaperArguments {
     /// Map of a mine for Table 2, any that `inbye plan` takes [default: a generated mine].

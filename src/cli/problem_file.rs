@@ -13,7 +13,7 @@ use inbye::local::{
 use inbye::map::{MovingDisc, OccupancyGrid, UnknownPolicy, has_own_resolution};
 use inbye::robot::{Footprint, Limits};
 use inbye::runtime::plain_message;
-use inbye::settings::{KeyError, SettingError, line_in_json};
+use inbye::settings::{KeyError, SettingError, line_in_json, read_json};
 use serde::Deserialize;
 
 /// The text under `inbye evaluate --help`.
@@ -135,8 +135,7 @@ pub fn parse_on(
     text: &str,
     field: impl FnOnce(&MapSource, UnknownPolicy) -> anyhow::Result<Arc<ClearanceField>>,
 ) -> anyhow::Result<Problem> {
-    let file: ProblemFile =
-        serde_json::from_str(text).map_err(|error| anyhow!(one_line(&error, text)))?;
+    let file: ProblemFile = read_json(text).map_err(|error| anyhow!(one_line(&error, text)))?;
     let at = |key: &str| format!("line {}", line_in_json(key, text).unwrap_or(1));
     let field = file.map.check().and_then(|()| field(&file.map, file.unknown));
     let field = field.with_context(|| at("map"))?;
@@ -147,6 +146,9 @@ pub fn parse_on(
 }
 
 fn one_line(error: &serde_json::Error, text: &str) -> String {
+    if text.trim().is_empty() {
+        return "it is empty: write an object with map, robot and target".to_owned();
+    }
     let (line, column) = (error.line(), error.column());
     let read: Vec<char> =
         text.lines().nth(line.saturating_sub(1)).unwrap_or_default().chars().take(column).collect();

@@ -19,8 +19,8 @@ const INTRO: &str = "Random missions with a planner that is wrong on purpose: it
     it.";
 
 /// Names of the settings in rows.
-const WITH: &str = "protected";
-const WITHOUT: &str = "unprotected";
+const WITH: &str = "with the layer";
+const WITHOUT: &str = "without the layer";
 
 /// Time without progress after which a mission ends, seconds: a wrong planner makes none.
 const ALLOWANCE_S: f64 = 30.0;
@@ -60,7 +60,10 @@ pub fn run(arguments: &ProtectionArguments) -> anyhow::Result<bool> {
     let count = arguments.missions;
     let grid = Grid::of_missions("protection", &worlds, &setups, count, missions.seed)?;
     let (rows, recorded) = missions.drive(&grid)?;
-    let table = groups(&rows);
+    let mut table = groups(&rows);
+    for group in &mut table {
+        group.name = group.config.clone().unwrap_or_default();
+    }
     let is_protected = |name: &Option<String>| name.as_deref() == Some(WITH);
     let mut protected = table.iter().filter(|group| is_protected(&group.config));
     let is_sound = protected.all(|group| group.contacts_robot == 0);
@@ -72,7 +75,7 @@ pub fn run(arguments: &ProtectionArguments) -> anyhow::Result<bool> {
     let reported = report.write_bench(BenchReport {
         title: "inbye: the protective layer against wrong planners",
         intro: INTRO,
-        soak: &rows,
+        protection: &rows,
         ..BenchReport::default()
     });
     all_written([recorded, reported])?;

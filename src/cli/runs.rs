@@ -11,6 +11,7 @@ use inbye::experiment::{
     check_programs, merge, open_engine, run_cell, run_in_order, run_jobs,
 };
 use inbye::local::SharedEngines;
+use inbye::suggest::counted;
 use indicatif::ProgressBar;
 
 use super::arguments::whole;
@@ -55,9 +56,9 @@ impl RunArguments {
                 |out| format!("they are kept in {}: the same command resumes", out.display()),
             );
             output::warn(format!(
-                "interrupted after {} of {} runs; {kept}",
+                "interrupted after {} of {}; {kept}",
                 rows.len(),
-                grid.distinct().len()
+                counted(grid.distinct().len(), "run")
             ));
         }
         Ok((rows, written))
@@ -148,6 +149,8 @@ pub enum Done {
     Driven {
         /// Whether the run did not start.
         is_error: bool,
+        /// Nav2's name of the fault with which the navigator gave up.
+        fault: Option<String>,
     },
     /// Another process runs it.
     Busy,
@@ -267,7 +270,8 @@ impl Workers<'_> {
         }
         store.keep(&file)?;
         claim.done();
-        Ok(Done::Driven { is_error: file.row.outcome == RunOutcome::Error })
+        let is_error = file.row.outcome == RunOutcome::Error;
+        Ok(Done::Driven { is_error, fault: file.row.fault })
     }
 }
 

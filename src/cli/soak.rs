@@ -12,6 +12,7 @@ use inbye::experiment::{
 use inbye::local::{CpuEngine, CpuEngines, Engine, EngineChoice, InstructionSet, open_engine};
 use inbye::report::BenchReport;
 use inbye::runtime::{Config, PlantKind, PoseSource};
+use inbye::suggest::counted;
 use serde_json::json;
 
 use super::arguments::{decision_size, engine, plants, pose_source, real, whole};
@@ -201,8 +202,8 @@ fn text(summary: &SoakSummary, comparisons: &[Comparison]) -> Vec<String> {
         ));
     }
     lines.push(format!(
-        "protection   acted in {} missions, in {:.1} % of all ticks",
-        summary.protected_missions,
+        "protection   acted in {}, in {:.1} % of all ticks",
+        counted(summary.protected_missions, "mission"),
         100.0 * summary.protected_share
     ));
     lines.extend(summary.identified.as_ref().map(identified_text));
@@ -229,8 +230,8 @@ fn identified_text(identified: &IdentifiedMotion) -> String {
     let turn = identified.turn_ratio.as_ref();
     let turn = turn.map_or_else(String::new, |ratio| format!("; turn ratio {}", spread(ratio, "")));
     format!(
-        "identified   latency in {} missions, {}, below the drawn delay in {}; braking {}{turn}",
-        identified.missions,
+        "identified   latency in {}, {}, below the drawn delay in {}; braking {}{turn}",
+        counted(identified.missions, "mission"),
         spread(&identified.delay_s, " s"),
         identified.underestimated_delays,
         spread(&identified.braking_m_s2, " m/s^2"),
@@ -241,7 +242,8 @@ fn identified_text(identified: &IdentifiedMotion) -> String {
 fn share_text(name: &str, share: &Share) -> String {
     let Share { count, of, interval_95: [low, high], .. } = share;
     format!(
-        "{name}: {count} of {of} missions, 95 % interval {:.1} to {:.1} %",
+        "{name}: {count} of {}, 95 % interval {:.1} to {:.1} %",
+        counted(*of, "mission"),
         low * 100.0,
         high * 100.0
     )

@@ -9,6 +9,7 @@ use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard, chec
 use inbye::input_file::read_text;
 use inbye::local::SharedEngines;
 use inbye::runtime::{TomlError, parse_toml};
+use inbye::suggest::counted;
 use serde_json::{Value, json};
 
 use super::arguments::whole;
@@ -109,10 +110,14 @@ pub fn run(arguments: &SweepArguments) -> anyhow::Result<bool> {
     machine::interrupt_flag()?;
     let done = workers.run(&cells, arguments.jobs.unwrap_or_else(machine::cores))?;
     let (mut found, mut driven, mut errors, mut left) = (0, 0, 0, Vec::new());
+    let mut faults: BTreeMap<&str, usize> = BTreeMap::new();
     for (key, done) in &done {
         match done {
             Done::Found => found += 1,
-            Done::Driven { is_error } => {
+            Done::Driven { is_error, fault } => {
+                if let Some(fault) = fault {
+                    *faults.entry(fault).or_default() += 1;
+                }
                 driven += 1;
                 errors += usize::from(*is_error);
             }
@@ -122,18 +127,20 @@ pub fn run(arguments: &SweepArguments) -> anyhow::Result<bool> {
     }
     let count = cells.len();
     let mut lines = vec![format!(
-        "{count} cells: {driven} driven, {found} found; {errors} did not start; in {}",
+        "{}: {driven} driven, {found} found; {errors} did not start; in {}",
+        counted(count, "cell"),
         out.display()
     )];
+    lines.extend(faults.iter().map(|(name, count)| format!("gave up, {name}: {count}")));
     if let Some(reason) = done.iter().find_map(|(_, done)| done.no_engine()) {
-        lines.push(format!("{} cells are left: {reason}", left.len()));
+        lines.push(format!("{} left: {reason}", counted(left.len(), "cell")));
     }
     if machine::is_interrupted() {
         lines.push("interrupted: the same command resumes".to_owned());
     }
     let is_done = left.is_empty() && !machine::is_interrupted();
     let object = json!({
-        "cells": count, "found": found, "driven": driven, "errors": errors, "left": left,
+        "cells": count, "found": found, "driven": driven, "errors": errors, "faults": faults, "left": left,
         "out": out.to_string_lossy(),
     });
     output::result(&object, lines)?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use clap::Args;
 use inbye::bench::{Columns, text_table};
-use inbye::experiment::{ExperimentError, Group, Manifest, Merged, RunRow, groups, merge};
+use inbye::experiment::{ExperimentError, Group, Manifest, Merged, RunRow, faults, groups, merge};
 use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 
@@ -63,6 +63,8 @@ pub fn run(arguments: &MergeArguments) -> anyhow::Result<bool> {
     });
     let cells = manifest.keys().len();
     let mut lines = text_table(&groups, Group::SUMMARY);
+    let faults = faults(&rows).into_iter();
+    lines.extend(faults.map(|(name, count)| format!("gave up, {name}: {count}")));
     if !missing.is_empty() {
         let named = missing[..NAMED.min(missing.len())].join(", ");
         lines.push(format!("{} of {cells} cells are missing, such as {named}", missing.len()));

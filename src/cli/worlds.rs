@@ -13,6 +13,7 @@ use inbye::local::CpuEngine;
 use inbye::report::{BenchReport, DriveView, drive_svg};
 use inbye::runtime::{Config, MissionResult, Observer};
 use inbye::sim::Simulation;
+use inbye::suggest::counted;
 use serde_json::json;
 
 use super::arguments::{above_zero, real, whole};
@@ -212,7 +213,7 @@ fn barn_text(summary: &BarnSummary, max_speed: f64, simulator: &str) -> Vec<Stri
     let mut lines = group_table(slice::from_ref(&summary.all));
     let means = |title: &str, means: &OverWorlds| {
         let OverWorlds { worlds, success, score, .. } = means;
-        format!("{title}: {worlds} worlds, success {success:.3}, score {score:.4}")
+        format!("{title}: {}, success {success:.3}, score {score:.4}", counted(*worlds, "world"))
     };
     let here = format!("here, {max_speed} m/s at most");
     lines.push(means(&here, &summary.over_worlds));

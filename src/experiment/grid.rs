@@ -88,7 +88,7 @@ impl Grid {
         for world in plan.read_worlds(folder)? {
             for setup in setups(plan, &world.settings)? {
                 setup.check_pure()?;
-                world.check_start(&setup.config)?;
+                world.check_route(&setup.config)?;
                 let threads = if world.latency { plan.latency_threads } else { 1 };
                 for engine in &plan.engines {
                     for &seed in &plan.seeds {
@@ -143,7 +143,7 @@ impl Grid {
         let mut grid = Self::empty(title);
         for (world, seed) in worlds {
             for setup in setups {
-                world.check_start(&setup.config)?;
+                world.check_route(&setup.config)?;
                 grid.add(world, setup, "cpu", seed, 1);
             }
         }

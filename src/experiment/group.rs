@@ -154,6 +154,12 @@ pub(super) fn groups_by(rows: &[RunRow], name: impl Fn(&RunRow) -> String) -> Ve
     all.into_iter().map(|(name, rows)| Group::of(&name, rows)).collect()
 }
 
+/// Groups runs by the name of their settings, in the order in which the names first occur. Runs without one have none.
+pub(crate) fn by_settings(rows: &[RunRow]) -> Vec<Group> {
+    let all = grouped(rows, |row| row.config.clone().unwrap_or_default());
+    all.into_iter().map(|(name, rows)| Group::of(&name, rows)).collect()
+}
+
 /// Rows with the same key together, in the order in which the keys first occur.
 pub(crate) fn grouped<R, K: PartialEq>(
     rows: impl IntoIterator<Item = R>,

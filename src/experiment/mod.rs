@@ -44,7 +44,7 @@ pub use fault_matrix::{FaultRow, simulated_fault_names, simulated_faults};
 pub use grid::{Grid, Setup, sampling_setups, wall_clock_setting};
 pub use group::{Group, faults, groups};
 #[cfg(feature = "report")]
-pub(crate) use group::{by_world, grouped};
+pub(crate) use group::{by_settings, by_world, grouped};
 pub use localization::{LocalizationCase, LocalizationSite, localization_config};
 pub use missions::TrafficKind;
 pub use outcome::{ContactCause, RunOutcome};

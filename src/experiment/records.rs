@@ -8,6 +8,7 @@ use super::{
     ABLATION_VARIANTS, ExperimentError, Group, RunRow, WorldKind, ablation_groups, groups,
 };
 use crate::bench::{DensityRow, QualityRow};
+use crate::local::Sampler;
 
 /// The rows of a file, in its order.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,6 +57,12 @@ impl Record {
                 && variants.map(|it| Some(it.name)).any(|it| it == row.config.as_deref())
         };
         let is_plain = |row: &RunRow| row.config.is_none() && row.weights.is_none();
+        // `bench density` names the settings of a sampler other than arcs after it.
+        let has_sampler = |row: &RunRow| {
+            let mut names = Sampler::ALL.iter().map(|sampler| sampler.name());
+            row.weights.is_none()
+                && row.config.as_deref().is_none_or(|config| names.any(|name| name == config))
+        };
         let samplings: BTreeSet<(u32, u32)> =
             rows.iter().map(|row| (row.vx_samples, row.vtheta_samples)).collect();
         let has_one_setup = samplings.len() == 1 && all(&is_plain);
@@ -67,9 +74,13 @@ impl Record {
             Self::Soak(rows)
         } else if are(WorldKind::Missions) && all(&is_variant) {
             Self::Ablation(ablation_groups(&rows))
-        } else if are(WorldKind::Missions) && all(&is_plain) {
+        } else if are(WorldKind::Missions) && all(&has_sampler) {
             let mut groups = groups(&rows);
-            groups.sort_by_key(|group| (group.samples, core::cmp::Reverse(group.vx_samples)));
+            // As `bench density` orders them: by samples, then arcs before other samplers.
+            groups.sort_by_key(|group| {
+                let (sampler, vx_samples) = (group.config.clone(), group.vx_samples);
+                (group.samples, sampler, core::cmp::Reverse(vx_samples))
+            });
             Self::ClosedLoop(groups)
         } else {
             Self::Sweep(groups(&rows))
@@ -83,7 +94,12 @@ impl Record {
 /// # Errors
 /// Fails when the columns are those of no record, a row cannot be read, or there is none.
 pub fn read_record(bytes: &[u8], file: &Path) -> Result<Record, ExperimentError> {
-    let lines = CsvFile::parse(&String::from_utf8_lossy(bytes), file)?;
+    let text = String::from_utf8_lossy(bytes);
+    if text.trim_start().starts_with(['[', '{']) {
+        let reason = "it is a JSON record: name a CSV record, which --record FILE.csv and --record-... FILE.csv write";
+        return Err(ExperimentError::file(file, reason));
+    }
+    let lines = CsvFile::parse(&text, file)?;
     let has = |columns: &[&str]| lines.lacks(columns).is_none();
     // These columns occur in no other record.
     if has(&["engine", "samples", "p99_ms"]) {

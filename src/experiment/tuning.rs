@@ -105,6 +105,8 @@ impl TuningPlan {
         for (key, range) in &self.space {
             let expected = "{ from = LESS, to = MORE } with numbers, both above zero where log = true, or { values = [...] }";
             let value = Value::try_from(range).map_or_else(|_| String::new(), |it| it.to_string());
+            // A list without values is not written.
+            let value = if value == "{}" { "without values".to_owned() } else { value };
             let key = format!("space.{}", key.escape_debug());
             require(range.is_usable(), &key, value, expected)?;
         }
@@ -152,8 +154,8 @@ impl TuningPlan {
                     .any(|other| error_of(&format!("{own}{other}")).is_none());
                 if !is_valid {
                     return Err(ExperimentError::Unusable {
-                        place: format!("space: {}", own.trim_end()),
-                        reason: error.to_string(),
+                        place: format!("space.{}", key.escape_debug()),
+                        reason: format!("{value}: {error}"),
                     });
                 }
             }

@@ -178,16 +178,28 @@ impl World {
         Self::new(kind, name, Config::default(), WorldSource::Route(route))
     }
 
-    /// Rejects a route whose start has no room for the robot of some settings: an error of the plan, and no run that fails.
-    pub(super) fn check_start(&self, config: &Config) -> Result<(), ExperimentError> {
+    /// Rejects a route that no robot of some settings can drive: an end outside the map or in an obstacle, or a start without room
+    /// for its yaw. It is an error of the plan, and no run that fails.
+    pub(super) fn check_route(&self, config: &Config) -> Result<(), ExperimentError> {
         let WorldSource::Route(route) = self.source.as_ref() else {
             return Ok(());
         };
         let obstacles = route.map.obstacles(config.unknown);
-        check_start(&route.start, &obstacles, &config.robot.footprint).map_err(|error| {
-            let (place, reason) = (self.name.clone(), error.to_string());
-            ExperimentError::Unusable { place, reason }
-        })
+        let unusable =
+            |reason: String| ExperimentError::Unusable { place: self.name.clone(), reason };
+        for (end, place) in [("start", route.start.position()), ("goal", route.goal.position)] {
+            let why = match obstacles.frame().cell_of(&place) {
+                None => "outside the map",
+                Some(cell) if obstacles.is_blocked(cell) => "in an obstacle of the map",
+                Some(_) => continue,
+            };
+            let (x, y) = (place.x, place.y);
+            return Err(unusable(format!(
+                "the {end} ({x:.2}, {y:.2}) of a route is {why}: move it"
+            )));
+        }
+        check_start(&route.start, &obstacles, &config.robot.footprint)
+            .map_err(|error| unusable(error.to_string()))
     }
 
     /// The row of a run before its start.

@@ -47,6 +47,15 @@ pub(super) fn parse(text: &str) -> Result<Vec<LogRecord>, LogError> {
         let counts = (fields.whole("left wheel count")?, fields.whole("right wheel count")?);
         fields.skip(UNUSED, "unused fields")?;
         let ranges = fields.numbers(RANGES, "682 ranges")?;
+        // The published logs have a further number at the end of each line.
+        if !fields.is_empty() {
+            fields.skip(1, "further field")?;
+        }
+        if !fields.is_empty() {
+            let word = fields.word("further field")?;
+            let expected = "the end of the line: a file whose lines end with CR alone needs LF";
+            return Err(fields.bad("field after its 682 ranges", word, expected));
+        }
         if let Some((left, right)) = before.replace(counts) {
             let travel_m = |now: i64, before: i64| M_PER_COUNT * now.wrapping_sub(before) as f64;
             odometry = moved(&odometry, travel_m(counts.0, left), travel_m(counts.1, right));
@@ -81,4 +90,21 @@ fn scan(ranges_mm: &[f64], end_s: f64) -> LoggedScan {
     let beams = ranges_mm.iter().enumerate().map(beam).collect();
     let beams = TimedScan { beams, range_max: RANGE_M.1, ..TimedScan::default() };
     LoggedScan { mount, beams: beams.from_mount(&mount) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With CR alone at the ends of its lines, a whole file is one line. The published logs have one number more than they need.
+    #[test]
+    fn line_with_more_than_a_revolution_is_refused() {
+        let line = |ending: &str| {
+            format!("1000000 0 0 0 {}{}{ending}", "0 ".repeat(UNUSED), "1000 ".repeat(RANGES))
+        };
+        assert_eq!(parse(&line("0\n")).map(|records| records.len()), Ok(1));
+        let error = parse(&(line("\r") + &line("\r"))).expect_err("two revolutions");
+        let text = error.to_string();
+        assert!(text.starts_with("line 1: ") && text.contains("CR alone"), "{text}");
+    }
 }

@@ -323,6 +323,10 @@ fn stopping_need(problem: &Problem, rate: f64, braking: f64) -> u32 {
     need.ceil().min(2.0_f64.powi(30)) as u32
 }
 
+/// Names of sums in errors.
+pub(crate) const CLEARANCE_AND_DISC: &str = "max_clearance_m plus disc radius";
+pub(crate) const CLEARANCE_AND_DISCS: &str = "max_clearance_m plus disc and obstacle radius";
+
 fn fill_discs(discs: &mut Vec<QuantizedDisc>, problem: &Problem) -> Result<(), ProblemError> {
     let unit_m = problem.field.unit_m();
     discs.clear();
@@ -330,7 +334,7 @@ fn fill_discs(discs: &mut Vec<QuantizedDisc>, problem: &Problem) -> Result<(), P
     for disc in problem.footprint.discs() {
         at_most("disc offset", disc.x.abs().max(disc.y.abs()) / unit_m, MAX_OFFSET_UNITS, unit_m)?;
         let sum = (problem.max_clearance_m + disc.radius) / unit_m;
-        at_most("max_clearance_m plus disc radius", sum, MAX_CLEARANCE_UNITS, unit_m)?;
+        at_most(CLEARANCE_AND_DISC, sum, MAX_CLEARANCE_UNITS, unit_m)?;
         discs.push(QuantizedDisc {
             x: round_i32(disc.x / unit_m),
             y: round_i32(disc.y / unit_m),
@@ -370,7 +374,7 @@ fn fill_obstacles(
             continue;
         }
         let sum = (problem.max_clearance_m + largest_disc + disc.radius) / unit_m;
-        at_most("max_clearance_m plus disc and obstacle radius", sum, MAX_CLEARANCE_UNITS, unit_m)?;
+        at_most(CLEARANCE_AND_DISCS, sum, MAX_CLEARANCE_UNITS, unit_m)?;
         let moved = (center.norm() + velocity.norm() * time_s) / unit_m;
         at_most("distance of a moving obstacle", moved, 2.0_f64.powi(22), unit_m)?;
         let in_256ths = |metres: f64| round_i32(metres / unit_m * 256.0);

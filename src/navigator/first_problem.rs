@@ -2,7 +2,10 @@
 
 use super::{NavigatorSettings, ObstacleModel, RobotModel};
 use crate::geometry::{Point, Pose, Twist};
-use crate::local::{DecisionError, DecisionInput, LocalSettings, QuantizedProblem};
+use crate::local::{
+    CLEARANCE_AND_DISC, CLEARANCE_AND_DISCS, DecisionError, DecisionInput, LocalSettings,
+    ProblemError, QuantizedProblem,
+};
 use crate::map::MovingDisc;
 
 /// Rejects settings that no decision on this map can use: they are an error before the robot moves, not a fault of the drive. A robot
@@ -33,6 +36,26 @@ pub(super) fn check_first_problem(
         footprint: &robot.footprint.padded(settings.safety_margin_m),
         weights: local.weights,
     };
-    QuantizedProblem::new(&input.problem(local))?;
+    QuantizedProblem::new(&input.problem(local)).map_err(with_margins)?;
     Ok(())
+}
+
+/// Names the settings of the navigator that the radii of an error include.
+fn with_margins(error: ProblemError) -> ProblemError {
+    match error {
+        ProblemError::TooFar { quantity, value, limit_m } => {
+            let quantity = match quantity {
+                CLEARANCE_AND_DISC => {
+                    "the sum of max_clearance_m of [local], safety_margin_m of [navigator] and the radius of a disc of the footprint"
+                }
+                CLEARANCE_AND_DISCS => {
+                    "the sum of max_clearance_m of [local], safety_margin_m, pedestrian_radius_m and moving_margin_m of [navigator] \
+                     and the radius of a disc of the footprint"
+                }
+                other => other,
+            };
+            ProblemError::TooFar { quantity, value, limit_m }
+        }
+        other => other,
+    }
 }

@@ -12,7 +12,7 @@ use super::sample_charts::{NO_LATENCY, SampleRows, density_notes, density_tiles}
 use super::sweep_charts;
 use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
 use crate::experiment::barn::OverWorlds;
-use crate::experiment::{Group, RunRow, grouped};
+use crate::experiment::{Group, RunRow, by_settings, grouped};
 
 /// The content of a page on benchmarks. A section without rows is left out.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,6 +39,8 @@ pub struct BenchReport<'a> {
     pub dynabarn: &'a [RunRow],
     /// Missions of a soak.
     pub soak: &'a [RunRow],
+    /// Missions of wrong planners; the settings of a row say whether the protective layer was on.
+    pub protection: &'a [RunRow],
     /// Variants of the navigator, each with one part more than the one before.
     pub ablation: &'a [Group],
     /// Groups of a sweep.
@@ -156,6 +158,8 @@ fn sections(report: &BenchReport) -> Vec<Section> {
         Section::new("soak", report.soak, mission_set_charts::soak)
             .map(|section| section.with_notes(missed_missions(report.soak)))
             .map(|section| section.with_tiles(run_tiles("soak", report.soak))),
+        Section::new("protection", report.protection, mission_set_charts::protection)
+            .map(|section| section.with_tiles(protection_tiles(report.protection))),
         Section::new("ablation", report.ablation, mission_set_charts::ablation),
     ];
     let by_kind = grouped(report.sweep.iter().cloned(), |group| group.kind);
@@ -178,6 +182,18 @@ fn run_tiles(of: &str, rows: &[RunRow]) -> Vec<Tile> {
         (format!("{of}: contacts by the robot"), all.contacts_robot.to_string(), ""),
         (format!("{of}: sign changes of omega"), optional(all.omega_sign_changes_per_m, 2), "1/m"),
     ]
+}
+
+/// Missions and contacts that the robot caused, for each of the settings.
+fn protection_tiles(rows: &[RunRow]) -> Vec<Tile> {
+    let of_settings = |group: Group| {
+        let (name, missions) = (&group.name, group.runs.to_string());
+        [
+            (format!("{name}: missions"), missions, ""),
+            (format!("{name}: contacts by the robot"), group.contacts_robot.to_string(), ""),
+        ]
+    };
+    by_settings(rows).into_iter().flat_map(of_settings).collect()
 }
 
 fn barn_tiles(rows: &[RunRow]) -> Vec<Tile> {

@@ -10,7 +10,7 @@ use super::number::{fixed, optional, significant};
 use super::run_charts::{MISSED, REACHED, RunEnd, missed_percent, percent, robot_contacts};
 use super::svg::LegendEntry;
 use crate::bench::percentiles;
-use crate::experiment::{Group, RunRow, TrafficKind};
+use crate::experiment::{Group, RunRow, TrafficKind, by_settings};
 
 /// Missions of a soak with a common property.
 struct MissionSet<'a> {
@@ -68,7 +68,21 @@ fn soak_ends(sets: &[MissionSet]) -> Chart {
         set.row(format!("{reached} of {runs} reached"), RunEnd::stack(&MISSED, &set.counts))
     });
     let counts: Vec<&Group> = sets.iter().map(|set| &set.counts).collect();
-    let table = Table::new(
+    Chart {
+        caption,
+        table: Some(ends_table(&counts)),
+        ..Chart::of_rows(
+            "Soak: missions that did not reach their goal",
+            (Axis::rounded(0.0, most), "%"),
+            rows.collect(),
+            RunEnd::legend(&MISSED, &counts),
+        )
+    }
+}
+
+/// The ends of the missions of each set.
+fn ends_table(counts: &[&Group]) -> Table {
+    Table::new(
         "ends of the missions",
         counts.iter().copied(),
         &[
@@ -81,17 +95,22 @@ fn soak_ends(sets: &[MissionSet]) -> Chart {
             ("gave up", |counts| counts.failed.to_string()),
             ("timeout", |counts| counts.timeouts.to_string()),
         ],
+    )
+}
+
+/// The charts of wrong planners: how their missions ended with the protective layer and without it.
+pub(super) fn protection(rows: &[RunRow]) -> Vec<Chart> {
+    let sets = by_settings(rows);
+    let counts: Vec<&Group> = sets.iter().collect();
+    let chart = Chart::of_rows(
+        "Wrong planners: ends of the missions",
+        (Axis::exact(0.0, 100.0), "%"),
+        ends_rows(&sets, |set| format!("{} contacts by the robot", robot_contacts(set))),
+        RunEnd::legend(ENDS, &counts),
     );
-    Chart {
-        caption,
-        table: Some(table),
-        ..Chart::of_rows(
-            "Soak: missions that did not reach their goal",
-            (Axis::rounded(0.0, most), "%"),
-            rows.collect(),
-            RunEnd::legend(&MISSED, &counts),
-        )
-    }
+    let caption = "The planners are wrong on purpose. Without the layer nothing prevents a contact. With the layer no contact \
+        may be caused by the robot; a person who does not yield can still walk into it.";
+    vec![Chart { caption: caption.to_owned(), table: Some(ends_table(&counts)), ..chart }]
 }
 
 impl Measure {
@@ -238,20 +257,30 @@ pub(super) fn ablation(rows: &[Group]) -> Vec<Chart> {
         .collect()
 }
 
-fn ablation_ends(rows: &[Group]) -> Chart {
+/// All ends, from the goal to contacts that the robot caused.
+const ENDS: [&RunEnd; 6] = {
     let [robot, avoidable, other, gave_up, timeout] = &MISSED;
-    let ends = [&REACHED, gave_up, timeout, avoidable, other, robot];
-    let chart_rows = rows.iter().map(|row| Row {
+    [&REACHED, gave_up, timeout, avoidable, other, robot]
+};
+
+/// A bar with all ends for each group.
+fn ends_rows(groups: &[Group], value: impl Fn(&Group) -> String) -> Vec<Row> {
+    let row = |group: &Group| Row {
         group: 0,
-        label: row.name.clone(),
-        value: format!("{} % reached", fixed(100.0 * row.reached_share, 1)),
-        mark: RunEnd::stack(ends, row),
-    });
+        label: group.name.clone(),
+        value: value(group),
+        mark: RunEnd::stack(ENDS, group),
+    };
+    groups.iter().map(row).collect()
+}
+
+fn ablation_ends(rows: &[Group]) -> Chart {
+    let reached = |row: &Group| format!("{} % reached", fixed(100.0 * row.reached_share, 1));
     Chart::of_rows(
         "Ends of the missions",
         (Axis::exact(0.0, 100.0), "%"),
-        chart_rows.collect(),
-        RunEnd::legend(ends, &rows.iter().collect::<Vec<_>>()),
+        ends_rows(rows, reached),
+        RunEnd::legend(ENDS, &rows.iter().collect::<Vec<_>>()),
     )
 }
 

@@ -13,6 +13,7 @@ use super::page::Tile;
 use super::svg::LegendEntry;
 use crate::bench::{DensityRow, QualityRow, RATES_HZ, SkippedCell, named_sampler};
 use crate::experiment::Group;
+use crate::local::Sampler;
 
 /// The sentence of a page without timed engines.
 pub(super) const NO_LATENCY: &str = "No engine was timed at any density.";
@@ -234,9 +235,14 @@ impl SampleRows<'_> {
     /// Success and time of the missions with each sampling.
     pub(super) fn closed_loop(&self) -> Chart {
         const TITLE: &str = "Sampling density in closed loop";
+        // Groups of another sampler than arcs have its name.
+        const ARCS: &str = Sampler::Arcs.name();
+        let has_samplers = self.closed_loop.iter().any(|row| row.config.is_some());
         let name = |row: &Group| {
             let shape = SamplingShape::new(row.vx_samples, row.vtheta_samples)?;
-            (row.samples > 0 && row.runs > 0).then(|| shape.to_string())
+            let sampler = has_samplers.then(|| row.config.as_deref().unwrap_or(ARCS));
+            let sampler = sampler.map_or_else(String::new, |sampler| format!("{sampler}, "));
+            (row.samples > 0 && row.runs > 0).then(|| format!("{sampler}{shape}"))
         };
         let times_s = |row: &Group| {
             let times_s = [row.shared_time_p50_s?, row.shared_time_p90_s?];
@@ -265,7 +271,7 @@ impl SampleRows<'_> {
             "Share of missions that reached their goal, and their median time, against the number of samples",
             |row| Some(reached_text(row, 0, times_s(row).map(|[median_s, _]| median_s))),
         );
-        let columns = "samples vx_samples vtheta_samples runs reached contacts shared_time_p50_s shared_time_p90_s \
+        let columns = "config samples vx_samples vtheta_samples runs reached contacts shared_time_p50_s shared_time_p90_s \
             mean_time_ratio mean_clearance_reached_m omega_sign_changes_per_m time_lost_per_person_s tick_p50_ms tick_p99_ms";
         Chart {
             legend,
@@ -385,11 +391,11 @@ fn most_samples_at(series: &Series<DensityRow>, rate_hz: f64) -> String {
 
 /// Turn rates for each forward speed of a sampling, to the nearest power of two: whole counts keep the ratio only
 /// approximately.
-struct SamplingShape(f64);
+pub(super) struct SamplingShape(f64);
 
 impl SamplingShape {
     /// The shape of a sampling; none without a forward speed.
-    fn new(vx_samples: u32, vtheta_samples: u32) -> Option<Self> {
+    pub(super) fn new(vx_samples: u32, vtheta_samples: u32) -> Option<Self> {
         let ratio = f64::from(vtheta_samples.max(1)) / f64::from(vx_samples);
         (vx_samples > 0).then(|| Self(libm::exp2(libm::round(libm::log2(ratio)))))
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::chart::{Axis, Chart, Panel, Upper, range};
 use super::figure::Table;
 use super::number::significant;
-use super::sample_charts::{AllSeries, reached_percent, reached_text};
+use super::sample_charts::{AllSeries, SamplingShape, reached_percent, reached_text};
 use crate::experiment::{Group, RunRow, WorldKind};
 
 /// File name without extension, and title, of the groups of a kind of worlds.
@@ -25,10 +25,18 @@ pub(super) const fn names(kind: WorldKind) -> (&'static str, &'static str) {
 /// Success and time of the groups of a sweep in one kind of worlds.
 pub(super) fn groups(title: &'static str, groups: &[Group]) -> Chart {
     let has_engines = groups.iter().any(|group| group.engine != groups[0].engine);
-    // A series has its settings, weights and, if there are several, its engine.
+    // Samplings with one number of samples and several shapes are not one series.
+    let has_shapes = groups.iter().any(|one| {
+        let is_other =
+            |other: &Group| other.samples == one.samples && other.vx_samples != one.vx_samples;
+        groups.iter().any(is_other)
+    });
+    // A series has its settings, weights and, if there are several, its engine and its shape.
     let name = |group: &Group| {
         let engine = has_engines.then(|| group.engine.clone());
-        let parts = [group.config.clone(), group.weights.clone(), engine];
+        let shape = SamplingShape::new(group.vx_samples, group.vtheta_samples);
+        let shape = shape.filter(|_| has_shapes).map(|shape| shape.to_string());
+        let parts = [group.config.clone(), group.weights.clone(), engine, shape];
         let parts: Vec<String> = parts.into_iter().flatten().collect();
         let name =
             if parts.is_empty() { "settings of the worlds".to_owned() } else { parts.join(", ") };

@@ -11,7 +11,9 @@ use crate::base::{CollisionMonitorSettings, ProtectiveLayer};
 use crate::external::{ProcessController, ProcessPlanner, ProgramSettings};
 use crate::geometry::{Point, Pose, Twist};
 use crate::global;
-use crate::local::{DecisionInput, Engine, LocalPlanner, LocalSettings, MAX_DISCS, ProblemError};
+use crate::local::{
+    DecisionInput, Engine, LocalPlanner, LocalSettings, MAX_DISCS, ProblemError, Weights,
+};
 use crate::localization::LocalizationSettings;
 use crate::map::UnknownPolicy;
 use crate::navigator::{
@@ -31,7 +33,7 @@ settings! {
         /// `discs`, where the discs must cover the body. Contact is judged by the body.
         pub footprint: Footprint = Footprint::covering(Polygon::default());
         /// Distance between the tracks' centre lines.
-        pub track_width_m: f64 = 0.45, ["m", above 0];
+        pub track_width_m: f64 = 0.45, ["m", above 0 to 100];
         /// Speeds and accelerations.
         pub limits: Limits = Limits { min_vel_x: -0.3, ..Limits::default() };
     }
@@ -171,6 +173,12 @@ settings! {
         let expected = "at least that of the protective layer, margin_m in [collision_monitor]";
         require(is_valid, "safety_margin_m", navigator.safety_margin_m, expected)
             .map_err(|error| error.in_table("navigator"))?;
+        let Weights { heading, clearance, velocity, path } = config.local.weights;
+        // Then all samples have one score, and the robot takes the first.
+        let has_weight = heading + clearance + velocity + path > 0.0;
+        let expected = "above zero where the other three weights are zero";
+        require(has_weight, "heading", heading, expected)
+            .map_err(|error| error.in_table("weights").in_table("local"))?;
         config.check_parking_speeds()?;
         // The sender follows a command for this time. A robot among people could not brake for them in time between two decisions:
         // it waits for them instead, for ever at 0.5 s.

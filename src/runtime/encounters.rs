@@ -8,8 +8,12 @@ use crate::map::{GridRay, ObstacleGrid};
 
 /// A person is met where the robot is within this distance of its centre, metres, and the map has no obstacle in between.
 pub const MET_WITHIN_M: f64 = 4.0;
-/// Least time without people, seconds, that shows the speed of the robot alone.
+/// Least time, seconds, and least forward distance, metres, without people that show the speed of the robot alone.
 const LEAST_ALONE_S: f64 = 5.0;
+const LEAST_ALONE_M: f64 = 2.0;
+/// A robot that is more than this many times as fast with people as alone was not alone where it drives: it turned, waited or
+/// parked. Its speed alone then says nothing about the time that people cost.
+const MOST_SPEED_RATIO: f64 = 2.0;
 
 /// The people that the robot met, and the time that they cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -18,7 +22,9 @@ pub struct Encounters {
     /// Number of people that the robot met.
     pub people_met: usize,
     /// Time with people, less the time that the robot takes for the same distance at its mean speed without people, seconds. Below
-    /// zero for a robot that was faster with people. None where it met no person, or was alone for less than 5 s.
+    /// zero for a robot that was faster with people. None where it met no person, was alone for less than 5 s, drove less than 2 m
+    /// forwards alone, or was more than twice as fast with people as alone, forwards or backwards. So the figure is within minus
+    /// one and three times the time with people.
     ///
     /// The speed without people includes turns in place, waits and parking, so the loss is rather too small.
     pub time_lost_s: Option<f64>,
@@ -43,8 +49,11 @@ impl Encounters {
             *sum = (sum.0 + 1, sum.1 + row.twist.linear);
         }
         let [(alone, speeds_alone), (with, speeds_with)] = sums;
-        let speed_alone = speeds_alone / f64::from(alone.max(1));
-        let is_known = f64::from(alone) * period_s >= LEAST_ALONE_S && speed_alone > 0.0;
+        let [speed_alone, speed_with] =
+            sums.map(|(ticks, speeds)| speeds / f64::from(ticks.max(1)));
+        let is_known = f64::from(alone) * period_s >= LEAST_ALONE_S
+            && speeds_alone * period_s >= LEAST_ALONE_M
+            && speed_with.abs() <= MOST_SPEED_RATIO * speed_alone;
         let time_lost_s = period_s * (f64::from(with) - speeds_with / speed_alone);
         Self {
             people_met: met.iter().filter(|met| **met).count(),
@@ -118,6 +127,40 @@ mod tests {
         let none = Encounters::default();
         assert_eq!(Encounters::of(&drive(1.0, 0.5, 2.0), &map(true), 0.1), none);
         assert_eq!(Encounters::of(&drive(1.0, 0.5, 4.5), &map(false), 0.1), none);
+    }
+
+    /// The oracle is the definition itself: the time with the person less their distance over the speed alone, in closed form.
+    #[test]
+    fn time_lost_is_unknown_where_the_speed_alone_says_nothing() {
+        let lost_s = |alone, with| {
+            let trace = drive(alone, with, 2.0);
+            (Encounters::of(&trace, &map(false), 0.1).time_lost_s, trace)
+        };
+        for (alone, with) in [(0.9, 1.7), (0.9, 0.9), (0.9, 0.1), (0.9, -0.3)] {
+            let (lost_s, trace) = lost_s(alone, with);
+            let with_s =
+                0.1 * trace.rows.iter().filter(|row| row.twist.linear == with).count() as f64;
+            let lost_s = lost_s.expect("a loss");
+            if alone != with {
+                let expected = with_s - with_s * with / alone;
+                assert!((lost_s - expected).abs() < 1e-9, "{alone} {with}: {lost_s}, {expected}");
+                assert!((-with_s..=3.0 * with_s).contains(&lost_s), "{alone} {with}: {lost_s}");
+            }
+        }
+        // More than twice as fast with people: the robot alone did not drive as it does.
+        assert_eq!(lost_s(0.7, 1.5).0, None);
+        // Backwards as well.
+        assert_eq!(lost_s(0.7, -1.5).0, None);
+        // A robot that hardly moved alone: 1.9 m in the first 19 s.
+        let mut trace = drive(0.0, 0.0, 2.0);
+        for (index, row) in trace.rows.iter_mut().enumerate() {
+            let is_alone = index < 190;
+            row.pose.x = if is_alone { 10.0 } else { 19.0 };
+            row.twist.linear = 0.1;
+        }
+        assert_eq!(Encounters::of(&trace, &map(false), 0.1).time_lost_s, None);
+        trace.rows.iter_mut().for_each(|row| row.twist.linear = 0.11);
+        assert!(Encounters::of(&trace, &map(false), 0.1).time_lost_s.is_some());
     }
 
     #[test]

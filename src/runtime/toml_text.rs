@@ -8,7 +8,7 @@ use serde::de::DeserializeOwned;
 use toml::{Table, Value};
 
 use super::{Config, renamed_keys};
-use crate::settings::{KeyError, line_in_toml};
+use crate::settings::{KeyError, line_in_toml, read_table, read_toml};
 use crate::suggest::{closest_name, in_one_line, without_rust_types};
 
 /// Longest quotation of a line in an error, characters.
@@ -74,9 +74,12 @@ pub fn parse_toml<T: Default + Serialize + DeserializeOwned, E: KeyError>(
     validate: impl Fn(&T) -> Result<(), E>,
 ) -> Result<T, TomlError> {
     // Only an error of the text itself has a line number; a merged table has none.
-    if let Err(error) = toml::from_str::<T>(text) {
+    if let Err(error) = read_toml::<T>(text) {
         let message = plain_message(error.message(), table_of::<T>);
         let number = error.span().map_or(1, |span| text[..span.start].matches('\n').count() + 1);
+        let has_comma = text.lines().nth(number - 1).is_some_and(has_decimal_comma);
+        let hint = if has_comma { ": write a number with a point, such as 0.5" } else { "" };
+        let message = message + hint;
         return Err(TomlError::new(in_line(number, text, &message)));
     }
     let changes = toml::from_str(text).map_err(|error| TomlError::new(error.message()))?;
@@ -91,13 +94,36 @@ fn merged<T: Default + Serialize + DeserializeOwned, E: KeyError>(
 ) -> Result<T, TomlError> {
     // A table with missing keys must not get the defaults of its type, which may differ from those of its place.
     // The first line of the error is its message; the others quote the text.
-    let mut table = Table::try_from(settings).map_err(TomlError::new)?;
-    merge_tables(&mut table, changes);
-    let settings = table.try_into().map_err(|error: toml::de::Error| {
-        TomlError::new(plain_message(error.message(), table_of::<T>))
+    let table = Table::try_from(settings).map_err(TomlError::new)?;
+    let read = |changes: &Table| {
+        let mut table = table.clone();
+        merge_tables(&mut table, changes.clone());
+        read_table::<T>(table)
+    };
+    let settings = read(&changes).map_err(|error| TomlError {
+        key: unreadable_key(&changes, &|changes| read(changes).is_err()),
+        ..TomlError::new(plain_message(error.message(), table_of::<T>))
     })?;
     validate(&settings).map_err(|error| TomlError::of_key(&error))?;
     Ok(settings)
+}
+
+/// Whether the value of a line is a number with a comma for its point.
+fn has_decimal_comma(line: &str) -> bool {
+    let is_whole = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    let value = line.split_once('=').map_or("", |(_, value)| value.trim());
+    let value = value.trim_start_matches(['+', '-']);
+    value.split_once(',').is_some_and(|(whole, rest)| is_whole(whole) && is_whole(rest.trim()))
+}
+
+/// The path of the first key that cannot be read, alone in its tables.
+fn unreadable_key(changes: &Table, is_unreadable: &dyn Fn(&Table) -> bool) -> Option<String> {
+    let alone = |name: &String, value: &Value| Table::from_iter([(name.clone(), value.clone())]);
+    let (name, value) = changes.iter().find(|(name, value)| is_unreadable(&alone(name, value)))?;
+    let inner = value.as_table().and_then(|inner| {
+        unreadable_key(inner, &|inner| is_unreadable(&alone(name, &Value::Table(inner.clone()))))
+    });
+    Some(inner.map_or_else(|| name.clone(), |inner| format!("{name}.{inner}")))
 }
 
 /// A message after the number and the beginning of the line that it is about.
@@ -179,6 +205,28 @@ fn suggestion(message: &str, table_of: impl Fn(&str) -> Option<String>) -> Optio
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn decimal_comma_is_named() {
+        let error = |text: &str| Config::default().with_changes(text).expect_err(text).to_string();
+        assert!(
+            error("local.sim_time_s = 3,0").ends_with("write a number with a point, such as 0.5")
+        );
+        assert!(!error("local.sim_time_s = 3 0").contains("point"));
+    }
+
+    #[test]
+    fn unreadable_key_is_named_with_its_tables() {
+        let error = |text: &str| {
+            let changes = text.parse().expect("TOML");
+            merged(changes, &Config::default(), Config::validate).expect_err(text)
+        };
+        let key = |text| error(text).key_path();
+        let text = "local.sim_time_s = 2.0\nlocal.weights.path = \"x\"\nrobot.limits = []\n";
+        assert_eq!(key(text).as_deref(), Some("local.weights.path"));
+        assert_eq!(key("robot.limits = [0.0]").as_deref(), Some("robot.limits"));
+        assert_eq!(key("local.nothing = 1").as_deref(), Some("local.nothing"));
+    }
 
     #[test]
     fn suggestion_names_similar_key_only() {

@@ -3,21 +3,25 @@
 //! The macro `settings!` turns a declaration into the struct with its documentation, its `Default`, the check of its ranges, and
 //! the table from which the commented TOML and the JSON Schema are written. Rules between keys are code of the module.
 
+mod choices;
 #[cfg(feature = "sim")]
 mod document;
 #[cfg(feature = "sim")]
 mod key_place;
 mod opaque_debug;
+#[cfg(feature = "sim")]
+mod tables;
 mod words;
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use serde::de::value::StrDeserializer;
-use serde::de::{self, DeserializeOwned};
 use serde_json::{Map, Value, json};
 
+pub use choices::choices;
+#[cfg(feature = "sim")]
+pub(crate) use choices::parse_choice;
 #[cfg(feature = "sim")]
 pub use document::KeyDescription;
 #[cfg(feature = "sim")]
@@ -26,6 +30,11 @@ pub(crate) use document::{commented_toml, keys, schema};
 #[doc(hidden)]
 pub use key_place::{KeyError, line_in_json, line_in_toml};
 pub(crate) use opaque_debug::opaque_debug;
+#[cfg(feature = "sim")]
+pub(crate) use tables::read_table;
+#[cfg(feature = "sim")]
+#[doc(hidden)]
+pub use tables::{read_json, read_toml};
 pub(crate) use words::words;
 
 /// Permitted values of a number. A number has to be finite in any case.
@@ -260,40 +269,6 @@ setting_schema! {
     bool: json!({ "type": "boolean" });
     String: json!({ "type": "string" });
     PathBuf: json!({ "type": "string" });
-}
-
-/// JSON Schema of an enum of plain words. The words are those that serde reads.
-#[doc(hidden)]
-#[must_use]
-pub fn choices<T: DeserializeOwned>() -> Value {
-    let read = T::deserialize(StrDeserializer::new(""));
-    json!({ "enum": read.err().map_or(&[][..], |Words(words)| words) })
-}
-
-/// Reads a word of an enum of plain words.
-///
-/// # Errors
-/// Lists the words, for a text that is not `kind`, such as "a protocol".
-#[cfg(feature = "sim")]
-pub(crate) fn parse_choice<T: DeserializeOwned>(kind: &str, text: &str) -> Result<T, String> {
-    T::deserialize(StrDeserializer::new(text)).map_err(|Words(words)| {
-        format!("`{}` is not {kind}: use one of {}", text.escape_debug(), words.join(", "))
-    })
-}
-
-/// The words of an enum, from the error of one that is none of them.
-#[derive(Debug, thiserror::Error)]
-#[error("{0:?}")]
-struct Words(&'static [&'static str]);
-
-impl de::Error for Words {
-    fn custom<M: core::fmt::Display>(_: M) -> Self {
-        Self(&[])
-    }
-
-    fn unknown_variant(_: &str, words: &'static [&'static str]) -> Self {
-        Self(words)
-    }
 }
 
 /// A range as it is declared: `above 0`, `at_least 0`, `below 0`, `at_most 0`, `finite`, `0 to 1`, `0 to below 1`, `above 0 to 1`, `above 0 to pi`, or `above 0 to tau`.

@@ -5,6 +5,7 @@ use core::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
+use crate::base::Protocol;
 use crate::settings::parse_choice;
 
 /// A fault of an emulated base or its serial line.
@@ -98,6 +99,20 @@ impl InjectedFault {
                 | Self::LidarStalled
                 | Self::LidarSilent
         )
+    }
+
+    /// The protocols with which the fault has an effect: those that report its sensor. Other faults have one with every
+    /// protocol.
+    #[must_use]
+    pub const fn protocols(self) -> &'static [Protocol] {
+        use Protocol::{Native, Roboclaw, Wheeltec};
+        match self {
+            Self::Tilt => &[Wheeltec],
+            Self::Bumper | Self::Cliff => &[Native],
+            Self::GyroBiased => &[Native, Wheeltec],
+            Self::LowBattery => &[Native, Roboclaw, Wheeltec],
+            _ => &Protocol::ALL,
+        }
     }
 
     /// Every fault.

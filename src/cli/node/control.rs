@@ -6,7 +6,7 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Duration;
 
-use anyhow::bail;
+use anyhow::{Context, bail};
 use inbye::ros::msg::TwistStamped;
 use inbye::ros::node::dds::DdsSettings;
 use inbye::ros::node::network::{LinkEvents, NetworkLink, ToNetwork};
@@ -29,6 +29,8 @@ const RECOVER_S: f64 = 3.0;
 /// Runs the node until Ctrl-C.
 pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
     let config = config::load("--config", arguments.config.as_deref())?;
+    NodeCore::check(&config)
+        .map_err(|error| config::in_file(&error, arguments.config.as_deref()))?;
     if arguments.odom_is_map && config.pose_source == PoseSource::Scans {
         bail!(
             "--odom-is-map: the settings have pose_source = \"scans\", by which the node measures the odometry's pose in the map: \
@@ -36,7 +38,7 @@ pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
         );
     }
     let settings = dds_settings(arguments)?;
-    settings.check()?;
+    settings.check().with_context(|| format!("--namespace {}", arguments.namespace))?;
     let engine = arguments.engine.open(&config, false)?;
     let stop = interrupt_flag()?;
     let mut clock = wall_clock();

@@ -54,10 +54,20 @@ pub fn dds_settings(arguments: &NodeArguments) -> anyhow::Result<DdsSettings> {
     settings.localhost_only = is_localhost_only();
     settings.stamped = arguments.stamped;
     settings.is_managed = arguments.lifecycle.managed;
-    if env::var("RMW_IMPLEMENTATION").is_ok_and(|rmw| rmw == "rmw_cyclonedds_cpp") {
-        settings.rmw = Rmw::CycloneDds;
-    }
+    settings.rmw = rmw(&env::var("RMW_IMPLEMENTATION").unwrap_or_default())?;
     Ok(settings)
+}
+
+/// The implementation of DDS whose limits the node keeps. An empty name is the default.
+fn rmw(name: &str) -> anyhow::Result<Rmw> {
+    match name {
+        "rmw_cyclonedds_cpp" => Ok(Rmw::CycloneDds),
+        "" | "rmw_fastrtps_cpp" | "rmw_fastrtps_dynamic_cpp" => Ok(DdsSettings::default().rmw),
+        other => Err(anyhow!(
+            "RMW_IMPLEMENTATION is `{}`: it must be rmw_fastrtps_cpp or rmw_cyclonedds_cpp",
+            other.escape_debug()
+        )),
+    }
 }
 
 /// The time by the wall clock.
@@ -86,4 +96,19 @@ fn domain() -> anyhow::Result<u16> {
 fn is_localhost_only() -> bool {
     let is = |name: &str, value: &str| env::var(name).is_ok_and(|found| found == value);
     is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST") || is("ROS_LOCALHOST_ONLY", "1")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn unknown_rmw_is_an_error() {
+        let default = DdsSettings::default().rmw;
+        assert_eq!(rmw("").ok(), Some(default));
+        assert_eq!(rmw("rmw_fastrtps_cpp").ok(), Some(default));
+        assert_eq!(rmw("rmw_cyclonedds_cpp").ok(), Some(Rmw::CycloneDds));
+        let error = rmw("foo").expect_err("no implementation").to_string();
+        assert!(error.starts_with("RMW_IMPLEMENTATION is `foo`: it must be "), "{error}");
+    }
 }

@@ -1,5 +1,8 @@
 //! Draws the description of a chart as SVG.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::BTreeSet;
 
 use maud::{Markup, html};
@@ -30,6 +33,8 @@ const LABEL_PITCH: f64 = 13.0;
 /// Rows: first row, height of a row, of its bars, space between groups, side margin.
 const ROW_TOP: f64 = 4.0;
 const ROW_PITCH: f64 = 33.0;
+/// Width of a letter in a row.
+const ROW_LETTER: f64 = 6.5;
 const BAR_HEIGHT: f64 = 11.0;
 const GROUP_GAP: f64 = 10.0;
 const ROW_SIDE: f64 = 14.0;
@@ -396,15 +401,26 @@ pub(crate) fn series_class(index: usize) -> String {
 
 fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {
     let first_group = rows.first().map_or(0, |row| row.group);
-    let top = |(index, row): (usize, &Row)| {
-        ROW_TOP + ROW_PITCH * index as f64 + GROUP_GAP * (row.group - first_group) as f64
+    let width = CHART_WIDTH - 2.0 * ROW_SIDE;
+    // The space for the value of a row below its label, where they do not fit side by side.
+    let value_height = |row: &Row| {
+        let letters = row.label.chars().count() + row.value.chars().count() + 1;
+        if letters as f64 * ROW_LETTER + 8.0 > width { LINE } else { 0.0 }
     };
-    let bottom = rows.iter().enumerate().next_back().map_or(ROW_TOP, top);
+    let mut bottom = ROW_TOP;
+    let mut group = first_group;
+    let mut tops = Vec::with_capacity(rows.len());
+    for row in rows {
+        bottom += GROUP_GAP * (row.group - group) as f64;
+        group = row.group;
+        tops.push(bottom);
+        bottom += ROW_PITCH + value_height(row);
+    }
     let area = Area {
         left: ROW_SIDE,
         top: ROW_TOP,
-        width: CHART_WIDTH - 2.0 * ROW_SIDE,
-        height: bottom + ROW_PITCH - ROW_TOP,
+        width,
+        height: bottom.max(ROW_TOP + ROW_PITCH) - ROW_TOP,
         labels_height: 0.0,
         x: axis,
         // Rows have no vertical axis.
@@ -412,14 +428,14 @@ fn draw_rows(axis: &Axis, axis_title: &str, rows: &[Row]) -> Drawn {
     };
     let content = html! {
         (area.axes(&axis.ticks(), &[], Some(axis_title), ""))
-        @for (index, row) in rows.iter().enumerate() {
-            @let top = top((index, row));
+        @for (row, &top) in rows.iter().zip(&tops) {
             @let middle = coordinate(top + 9.0);
+            @let value_height = value_height(row);
             g {
                 title { (row.label) ": " (row.value) }
                 text class="halo" x=(coordinate(area.left + 4.0)) y=(middle) dy=".35em" { (row.label) }
-                text class="halo end" x=(coordinate(area.right() - 4.0)) y=(middle) dy=".35em" { (row.value) }
-                (area.row_mark(top + 17.5, &row.mark))
+                text class="halo end" x=(coordinate(area.right() - 4.0)) y=(coordinate(top + 9.0 + value_height)) dy=".35em" { (row.value) }
+                (area.row_mark(top + 17.5 + value_height, &row.mark))
             }
         }
     };

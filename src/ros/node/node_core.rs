@@ -142,6 +142,14 @@ enum Hold {
 }
 
 impl NodeCore {
+    /// Checks settings of drives for the node.
+    ///
+    /// # Errors
+    /// The control period is longer than the node keeps.
+    pub fn check(config: &Config) -> Result<(), SettingError> {
+        check_period(config.local.control_period_s)
+    }
+
     /// A node without inputs, and a robot that is not armed.
     ///
     /// # Errors
@@ -149,7 +157,7 @@ impl NodeCore {
     pub fn new(mut settings: NodeSettings, engine: Box<dyn Engine>) -> Result<Self, SettingError> {
         settings.config = settings.config.in_real_time();
         let config = &settings.config;
-        check_period(config.local.control_period_s)?;
+        Self::check(config)?;
         let tick_clock = TickClock::new(config.local.control_period_s);
         let lifecycle =
             if settings.is_managed { LifecycleState::Unconfigured } else { LifecycleState::Active };

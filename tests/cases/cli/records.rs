@@ -206,6 +206,7 @@ fn draw_rejects_files_that_are_no_records() {
     place.write("bare.csv", latency.lines().next().expect("a header"));
     place.write("other.csv", "map,queries,search\nmine,3,astar\n");
     place.write("none.csv", "");
+    place.write("rows.json", "[\n  {\n    \"samples\": 1,\n    \"window_s\": 0.1\n  }\n]\n");
     let table = "
 latency.csv -> --svg FILE.svg or --report DIR
  --svg a.svg -> RECORD.csv
@@ -216,6 +217,7 @@ bare.csv --svg a.svg -> bare.csv: holds no row
 other.csv --svg a.svg -> other.csv: line 1 has not the columns
 none.csv --svg a.svg -> none.csv: line 1 has not the columns
 mine.png --svg a.svg -> mine.png: line 1
+rows.json --svg a.svg -> rows.json: it is a JSON record; a CSV record
 latency.csv latency.csv --svg a.svg -> latency.csv: a second record of latencies
 latency.csv --svg a.png -> --svg a.png; .svg
 latency.csv --report mine.png -> --report mine.png; another name

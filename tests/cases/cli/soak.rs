@@ -168,6 +168,35 @@ fn density_drives_samplings_in_closed_loop() {
     assert_eq!(object["closed_loop"].as_array().map(Vec::len), Some(3));
     let rows = fs::read_to_string(place.path("missions.csv")).expect("the rows are there");
     assert_eq!(rows.lines().count(), 4);
+    // The record draws the same chart: samplings with their samplers, and no groups of a sweep.
+    let drawn = place.run("bench draw missions.csv --report drawn");
+    assert_eq!(drawn.status, 0, "{drawn:?}");
+    assert!(drawn.stdout.contains("missions with several samplings"), "{drawn:?}");
+    let page = fs::read_to_string(place.path("drawn/index.html")).expect("a page");
+    for series in ["arcs, v : omega = 1:1", "two_segments, v : omega = 1:16"] {
+        assert!(page.contains(series), "{series}");
+    }
+}
+
+/// Both rows of the table had no name, and the page was that of a soak, with the contacts of both.
+#[test]
+fn protection_names_the_missions_with_and_without_the_layer() {
+    let place = Workplace::new();
+    let run = place.run("bench protection --missions 1 --longest 6 --report out");
+    for name in ["with the layer", "without the layer"] {
+        let rows = run.stdout.lines().filter(|line| line.starts_with(&format!("{name} ")));
+        assert_eq!(rows.count(), 1, "{name}: {run:?}");
+    }
+    let page = fs::read_to_string(place.path("out/index.html")).expect("a page");
+    for text in [
+        "the protective layer against wrong planners",
+        "Wrong planners: ends of the missions",
+        "without the layer: contacts by the robot",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    assert!(!page.contains("Soak"));
+    assert!(place.path("out/protection.csv").exists());
 }
 
 #[test]

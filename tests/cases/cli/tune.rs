@@ -166,23 +166,50 @@ fn unusable_range_is_shown_as_written() {
     assert!(refusal.contains(shown), "{refusal}");
 }
 
+#[test]
+fn unusable_space_is_refused_at_its_line() {
+    let place = place();
+    let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
+    let range = "{ from = 2, to = 12 }";
+    assert!(plan.contains(range));
+    for (value, expected) in [
+        (
+            "[8, 16]",
+            "line 4, `\"local.vx_samples\" = [8, 16]`: invalid type: sequence, expected a table",
+        ),
+        ("{ values = [] }", "space.local.vx_samples is without values: it must be { from = LESS"),
+        (
+            "{ values = [-8, 16] }",
+            "line 4, `\"local.vx_samples\" = { values = [-8, 16] }`: space.local.vx_samples: -8: ",
+        ),
+    ] {
+        place.write("plans/bad.toml", plan.replace(range, value));
+        let refusal = place.refusal("tune plans/bad.toml");
+        assert!(refusal.contains(expected), "{value}: {refusal}");
+    }
+}
+
 /// Without the reason, a goal off the map would look like settings that gain nothing.
 #[test]
 fn search_without_an_arrival_names_the_faults_and_has_exit_status_one() {
     let place = place();
     let plan = std::fs::read_to_string(place.path("plans/plan.toml")).expect("the plan");
-    place.write("plans/off.toml", plan.replace("goal = [1, 1.5]", "goal = [1, 99]"));
+    place.write("plans/off.toml", plan.replace("goal = [1, 1.5]", "goal = [1, 2.75]"));
     let run = place.run("tune plans/off.toml");
     assert_eq!(run.status, 1, "{run:?}");
     let has = |line: &str| run.stdout.lines().any(|other| other == line);
     assert!(has("other worlds: no run reached its goal"), "{run:?}");
-    assert!(run.stdout.contains("\nother worlds: faults: GOAL_OUTSIDE_MAP: "), "{run:?}");
+    assert!(run.stdout.contains("\nother worlds: faults: GOAL_OCCUPIED: "), "{run:?}");
     assert!(!run.stdout.contains("search: "), "{run:?}");
-    place.write("plans/off.toml", plan.replace("goal = [5, 1.5]", "goal = [5, 2.95]"));
+    place.write("plans/off.toml", plan.replace("goal = [5, 1.5]", "goal = [5, 2.75]"));
     let (status, object) = place.json("tune plans/off.toml");
     assert_eq!((status, &object["faults"]["judge"]), (1, &Value::Null), "{object}");
     // Two candidates in each of two rounds, and the settings without changes.
     assert_eq!(object["faults"]["train"], "GOAL_OCCUPIED: 5", "{object}");
+    // A goal that no robot can reach is an error of the plan.
+    place.write("plans/off.toml", plan.replace("goal = [5, 1.5]", "goal = [5, 99]"));
+    let refusal = place.refusal("tune plans/off.toml");
+    assert!(refusal.contains("the goal (5.00, 99.00) of a route is outside the map"), "{refusal}");
 }
 
 #[test]

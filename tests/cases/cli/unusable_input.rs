@@ -128,7 +128,7 @@ fn unusable_flags_are_rejected() {
 --real-time-factor 0 -> --real-time-factor; a number: 0.01 to 1000
 --set local.sim_step_s=5 -> --set local.sim_step_s=5: [local] sim_step_s is 5; at most sim_time_s
 --set local.max_clearance_m=500 -> [local] max_clearance_m is 500; at most 11
---set local.max_clearance_m=11 -> mine.yaml: with these settings; max_clearance_m plus disc; at most
+--set local.max_clearance_m=11 -> mine.yaml: with these settings; the sum of max_clearance_m of [local]; at most
 --set robot.limits.max_vel_x=0 -> --set robot.limits.max_vel_x=0: [robot.limits] max_vel_x is 0; above zero
 --set controller.command=[''] -> --set controller.command; [controller] length of the program
 --set simulator.command=['','x'] -> --set simulator.command; [simulator] length of the program
@@ -153,6 +153,7 @@ fn unusable_flags_are_rejected() {
 --protocol native -> --port
 --base-config base.toml -> --port
 --report mine.png -> --report mine.png; another name
+--record both.jsonl --report both.jsonl -> both.jsonl; writes this file: choose another name
 ";
     assert_table(&place, "drive --map mine.yaml --start 10,5 --goal 80,40", table);
     let table = "
@@ -216,6 +217,11 @@ fn faults_without_the_flags_that_they_need_are_rejected() {
 --fault silence --fault lidar-late -> --fault lidar-late; add --lidar-map
 --fault carried@2 -> --fault carried; add --carry-to
 --fault carried@2 --lidar-map room.txt --start 1,1 -> --fault carried; add --carry-to
+--protocol native --fault tilt@2 -> --fault tilt; --protocol native does not report its sensor; use --protocol wheeltec
+--protocol arduino --fault bumper@2 -> --fault bumper; use --protocol native
+--protocol wheeltec --fault cliff@2 -> --fault cliff; use --protocol native
+--protocol roboclaw --fault gyro-biased@1 -> --fault gyro-biased; use --protocol native or wheeltec
+--protocol arduino --fault low-battery@1 -> --fault low-battery; use --protocol native or wheeltec or roboclaw
 ";
     assert_table(&place, "base emulate --for 0.1", table);
 }
@@ -289,13 +295,18 @@ colour = 1 -> unknown field `colour`; `robot`; `local`
 [local]|sim_time_s = 999.0 -> [local]; steps; sim_time_s; 1 to 1023
 [local]|vx_samples = 9999|vtheta_samples = 9999 -> [local]; vx_samples; 1 to 4194304
 [local.weights]|heading = -1.0 -> line 2, `heading = -1.0`: [local.weights] heading is -1; 0 to 1e6
-[local]|max_clearance_m = 11.0 -> mine.yaml; max_clearance_m plus disc; at most
+[local]|max_clearance_m = 11.0 -> mine.yaml; the sum of max_clearance_m of [local], safety_margin_m of [navigator]; at most
 [robot.limits]|max_vel_x = inf -> line 2, `max_vel_x = inf`: [robot.limits] max_vel_x is inf; 0 to 15.99
 [robot.limits]|min_vel_x = 0.1 -> [robot.limits] min_vel_x is 0.1; -15.99 to 0
 [robot.limits]|decel_lim_x = 1.0 -> [robot.limits] decel_lim_x is 1; below zero
 [robot]|footprint = [] -> line 2; at least one
 [robot]|footprint = [{x = 0, y = 0, radius = -1}] -> line 2; radius above zero
 [robot]|track_width_m = 0.0 -> [robot] track_width_m is 0; above zero
+[robot]|track_width_m = 1e300 -> [robot] track_width_m is 1e300; at most 100
+[robot]|limits = [0.0, 1.0] -> line 2; `limits = [0.0, 1.0]`; a table of keys and values
+[local]|sim_time_s = 3,0 -> line 2; write a number with a point
+[local]|sampler_seed = -1 -> line 2; a whole number, at least 0
+[local.weights]|heading = 0.0|clearance = 0.0|velocity = 0.0|path = 0.0 -> line 2; [local.weights] heading is 0; above zero where the other three
 [global]|spline_degree = 0 -> [global] spline_degree is 0; 1 to 9
 [global.heuristic.normalized]|k = nan -> line 2; [global] heuristic.normalized.k; 0 to 1e6
 [navigator]|lookahead_m = nan -> [navigator] lookahead_m; above zero
@@ -456,9 +467,11 @@ fn unusable_problem_values_are_rejected() {
 #[test]
 fn unusable_problem_files_are_rejected() {
     let place = place();
+    let with_list = LIMITS.replace("\n  \"max_vel_x\": 99}}", "}, \"weights\": [1, 2, 3, 4]}");
     for (text, words) in [
-        ("", "line 1"),
+        ("", "it is empty: write an object with map, robot and target"),
         ("{", "line 1"),
+        (&with_list, "line 3; a table of keys and values"),
         ("[]", "expected an object with map, robot and target"),
         ("{\"map\": NaN}", "line 1"),
         ("{\"target\": [1e999, 0]}", "line 1; out of range"),
@@ -487,10 +500,12 @@ fn assert_error(place: &Workplace, file: &str, what: &str, words: &str) {
 #[test]
 fn unusable_node_arguments_are_rejected() {
     let place = place();
+    place.write("slow.toml", "[local]\ncontrol_period_s = 0.3\n");
     let table = if cfg!(feature = "ros2") {
-        "--namespace rover -> `rover`; begin with a slash
+        "--namespace rover -> error: --namespace rover: ; `rover`; begin with a slash
 --namespace /rover/ -> `/rover/`; begin with a slash
 --namespace /1st -> `/1st`; begin with a slash
+--config slow.toml -> slow.toml: line 2, `control_period_s = 0.3`: [local] control_period_s is 0.3; at most 0.25
 --config wrong_key.toml -> wrong_key.toml; cannot be read"
     } else {
         " -> built without ROS 2; --features ros2"

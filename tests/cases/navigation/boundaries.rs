@@ -71,7 +71,7 @@ fn navigator_refuses_settings_and_limits_out_of_range() {
     for (local, key) in [
         (local.clone().control_period_s(f64::INFINITY), "[local] control_period_s is inf"),
         (local.clone().sim_time_s(-1.0), "[local] sim_time_s is -1"),
-        (local.clone().max_clearance_m(10.9), "NO_DECISION: max_clearance_m plus disc"),
+        (local.clone().max_clearance_m(10.9), "NO_DECISION: the sum of max_clearance_m of"),
     ] {
         let error = refused_settings(limits, local, settings.clone());
         assert!(error.starts_with(key), "{key}: {error}");
@@ -79,6 +79,10 @@ fn navigator_refuses_settings_and_limits_out_of_range() {
     for (settings, key) in [
         (settings.clone().key_node_spacing_m(0.0), "[navigator] key_node_spacing_m is 0"),
         (settings.clone().moving_margin_m(f64::NAN), "[navigator] moving_margin_m is NaN"),
+        (
+            settings.clone().safety_margin_m(9.5),
+            "NO_DECISION: the sum of max_clearance_m of [local], safety_margin_m of [navigator]",
+        ),
     ] {
         let error = refused_settings(limits, local.clone(), settings);
         assert!(error.starts_with(key), "{key}: {error}");

@@ -342,3 +342,26 @@ fn scheduled_fault_parses_every_name_and_its_times() {
         assert!(message.starts_with(words), "{message}");
     }
 }
+
+/// A fault of a sensor changes what the base reports exactly with the protocols that it names.
+#[test]
+fn faults_of_sensors_show_with_their_protocols_only() {
+    for protocol in Protocol::ALL {
+        let reports = |faults: &[ScheduledFault]| {
+            let mut pair = Pair::with(protocol, faults);
+            pair.drive_for(Twist::STOP, 2.0);
+            pair.bytes
+        };
+        let healthy = reports(&[]);
+        for fault in [
+            InjectedFault::Tilt,
+            InjectedFault::Bumper,
+            InjectedFault::Cliff,
+            InjectedFault::GyroBiased,
+            InjectedFault::LowBattery,
+        ] {
+            let shows = reports(&[ScheduledFault::from(fault, 1.0)]) != healthy;
+            assert_eq!(shows, fault.protocols().contains(&protocol), "{protocol:?}: {fault}");
+        }
+    }
+}

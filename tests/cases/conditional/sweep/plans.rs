@@ -165,19 +165,20 @@ fn errors_are_rows() {
     place.write(
         "routes.toml",
         "[[worlds]]\nkind = \"map\"\npath = \"room.txt\"\nresolution_m = 0.25\nroutes = [\n\
-         { start = [0.1, 0.1, 0.0], goal = [8.0, 4.0] },\n{ start = [3.0, 4.0, 0.0], goal = [900.0, 4.0, 1.0] },\n\
+         { start = [3.0, 4.0, 0.0], goal = [8.0, 0.4] },\n{ start = [3.0, 4.0, 0.0], goal = [11.7, 4.0, 1.0] },\n\
          { start = [3.0, 4.0, 0.0], goal = [9.0, 4.0] },\n]\n\
          [[worlds]]\nkind = \"missions\"\npath = \"closet.txt\"\nresolution_m = 0.25\n",
     );
     let report = place.json("sweep routes.toml --out out");
     assert_eq!((&report["driven"], &report["errors"]), (&4.into(), &1.into()), "{report}");
+    assert_eq!(report["faults"], serde_json::json!({ "GOAL_OCCUPIED": 2 }), "{report}");
     place.json("sweep merge out --report merged");
     let table = String::from_utf8(place.read("merged/sweep.csv")).expect("text");
     let rows: Vec<&str> = table.lines().skip(1).collect();
     assert_eq!(rows.len(), 4, "{table}");
     for (row, says) in rows.iter().zip([
-        ",failed,,START_OCCUPIED,\"START_OCCUPIED",
-        ",failed,,",
+        ",failed,,GOAL_OCCUPIED,\"GOAL_OCCUPIED",
+        ",failed,,GOAL_OCCUPIED,",
         ",reached,",
         ",error,,,closet: no two free places",
     ]) {

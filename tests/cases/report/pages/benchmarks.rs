@@ -212,6 +212,63 @@ fn sweep_has_a_chart_for_each_kind_of_worlds() {
     assert_eq!(picture.matches("class=\"marker\"").count(), 5 + 3 + 3);
 }
 
+/// Samplings with one number of samples lay on a vertical line of one series.
+#[test]
+fn samplings_of_one_number_and_several_shapes_are_several_series() {
+    let group = |vx_samples, vtheta_samples| Group {
+        kind: WorldKind::Barn,
+        vx_samples,
+        vtheta_samples,
+        samples: 256,
+        runs: 10,
+        reached: 5,
+        ..Group::default()
+    };
+    let groups = [group(8, 32), group(16, 16), group(4, 64)];
+    let picture = bench_svg(&BenchReport { sweep: &groups, ..BenchReport::default() });
+    for name in ["v : omega = 1:4", "v : omega = 1:1", "v : omega = 1:16"] {
+        assert!(picture.contains(name), "{name}");
+    }
+    let one_shape = [
+        group(8, 32),
+        Group { vx_samples: 16, vtheta_samples: 64, samples: 1024, ..group(16, 64) },
+    ];
+    let picture = bench_svg(&BenchReport { sweep: &one_shape, ..BenchReport::default() });
+    assert!(!picture.contains("v : omega"));
+}
+
+#[test]
+fn closed_loop_names_samplers_where_they_differ() {
+    let mut groups = closed_loop();
+    let picture = |groups: &[Group]| {
+        bench_svg(&BenchReport { closed_loop: groups, ..BenchReport::default() })
+    };
+    assert!(!picture(&groups).contains("arcs, v : omega"));
+    groups[0].config = Some("two_segments".to_owned());
+    let picture = picture(&groups);
+    assert!(picture.contains("two_segments, v : omega") && picture.contains("arcs, v : omega"));
+}
+
+#[test]
+fn wrong_planners_have_a_bar_with_the_layer_and_one_without() {
+    let with = |config: &str, row: RunRow| RunRow { config: Some(config.to_owned()), ..row };
+    let rows: Vec<RunRow> = soak()
+        .into_iter()
+        .flat_map(|row| [with("with the layer", row.clone()), with("without the layer", row)])
+        .collect();
+    let report = BenchReport { title: "Wrong", protection: &rows, ..BenchReport::default() };
+    let page = page_of(&report);
+    check(&page);
+    for text in [
+        "with the layer: 0 contacts by the robot",
+        "without the layer: 0 contacts by the robot",
+        "with the layer: missions",
+    ] {
+        assert!(page.contains(text), "{text}");
+    }
+    assert!(!page.contains("Soak"));
+}
+
 #[test]
 fn ends_of_a_soak_are_stacked_by_map_and_by_traffic() {
     let rows = soak();
