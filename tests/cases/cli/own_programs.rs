@@ -393,7 +393,10 @@ fn settings_that_no_decision_can_use_do_not_start_and_errors_of_a_plan_name_thei
     place.write("plan.toml", room_plan("local.max_clearance_m = 11"));
     let (_, object) = object(&place.run("bench compare plan.toml --json"));
     let faults = text(&object["ranked"][0], "faults");
-    assert!(faults.starts_with("did not start: 1, NO_DECISION: the sum of max_clearance_m"), "{faults}");
+    assert!(
+        faults.starts_with("did not start: 1, NO_DECISION: the sum of max_clearance_m"),
+        "{faults}"
+    );
     for (mine, expected) in [
         (
             "local = { vx_samples = 0 }",
