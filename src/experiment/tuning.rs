@@ -140,7 +140,11 @@ impl TuningPlan {
     /// The error names the first key and value that is not valid, alone or with a value of another key.
     pub fn check_values(&self) -> Result<(), ExperimentError> {
         let base = self.base()?;
-        let error_of = |changes: &str| base.with_changes(changes).err();
+        // What the error names is a key of the plan, and no line of these changes.
+        let error_of = |changes: &str| match changes.parse::<Changes>() {
+            Ok(changes) => base.with_table(&changes.0).err().map(|error| error.to_string()),
+            Err(error) => Some(error),
+        };
         let line = |key: &str, value: &Value| format!("{key} = {value}\n");
         for (key, range) in &self.space {
             for value in range.extremes() {
@@ -337,10 +341,16 @@ mod tests {
         for (space, place) in [
             (
                 "\"local.sampler\" = { values = [\"arcs\", \"spirals\"] }",
-                "space: local.sampler = \"spirals\": ",
+                "space.local.sampler: \"spirals\": unknown variant",
             ),
-            ("\"local.vx_samples\" = { from = 0, to = 8 }", "space: local.vx_samples = 0: "),
-            ("\"local.vx_sample\" = { from = 1, to = 8 }", "space: local.vx_sample = 1: "),
+            (
+                "\"local.vx_samples\" = { from = 0, to = 8 }",
+                "space.local.vx_samples: 0: [local] vx_samples is 0",
+            ),
+            (
+                "\"local.vx_sample\" = { from = 1, to = 8 }",
+                "space.local.vx_sample: 1: unknown field",
+            ),
         ] {
             let error = plan(space).check_values().expect_err(space).to_string();
             assert!(error.starts_with(place), "{error}");

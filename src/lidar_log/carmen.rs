@@ -315,6 +315,20 @@ mod tests {
         assert!(error.starts_with("line 3: RAWLASER1 has no ODOM before it"), "{error}");
     }
 
+    /// The last time may have lost digits; where no line goes on after its time, it is whole.
+    #[test]
+    fn last_line_without_line_end_must_go_on_after_its_time_as_others_do() {
+        let cut = RAW_LOG.strip_suffix("5 h 12.5\n").expect("a time");
+        let error = parse(cut).err().expect("it is cut").to_string();
+        assert!(
+            error.starts_with("line 5: RAWLASER1 ends before its name of the logger"),
+            "{error}"
+        );
+        let plain = RAW_LOG.replace(" h 10.5", "").replace(" h 10", "").replace(" h 11", "");
+        let plain = plain.replace(" h 12.5\n", "");
+        assert_eq!(parse(&plain).map(|records| records.len()), Ok(4));
+    }
+
     #[test]
     fn sentences_of_a_gps_receiver_are_skipped() {
         let records = parse(&format!("$GPGGA,120000,48.1,N,7.8,E,1,8\n{RAW_LOG}"));

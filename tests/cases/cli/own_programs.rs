@@ -402,10 +402,10 @@ fn settings_that_no_decision_can_use_do_not_start_and_errors_of_a_plan_name_thei
             "local = { vx_samples = 0 }",
             "line 3, `local = { vx_samples = 0 }`: configs.mine: [local] vx_samples is 0",
         ),
-        ("local = { vx = 1 }", "line 2, `[configs.mine]`: configs.mine: unknown field `vx`"),
+        ("local = { vx = 1 }", "line 3, `local = { vx = 1 }`: configs.mine: unknown field `vx`"),
         (
             "local = { vx_samples = \"a\" }",
-            "line 2, `[configs.mine]`: configs.mine: invalid type: string \"a\", expected a whole number",
+            "configs.mine: invalid type: string \"a\", expected a whole number",
         ),
     ] {
         place.write("plan.toml", room_plan(mine));

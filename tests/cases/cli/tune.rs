@@ -86,7 +86,7 @@ fn space_without_valid_settings_is_refused_with_the_reason() {
         let other = plan.replace("local.vx_samples", name).replace("from = 2, to = 12", range);
         place.write("plans/other.toml", other);
         let refusal = place.refusal("tune plans/other.toml");
-        assert!(refusal.contains(&format!("plans/other.toml: space: {name} = ")), "{refusal}");
+        assert!(refusal.contains(&format!(": space.{name}: ")), "{refusal}");
         assert!(refusal.contains(words), "{name}: {refusal}");
     }
 }

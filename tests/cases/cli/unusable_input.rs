@@ -221,12 +221,11 @@ fn faults_without_the_flags_that_they_need_are_rejected() {
 --protocol arduino --fault bumper@2 -> --fault bumper; use --protocol native
 --protocol wheeltec --fault cliff@2 -> --fault cliff; use --protocol native
 --protocol roboclaw --fault gyro-biased@1 -> --fault gyro-biased; use --protocol native or wheeltec
---protocol arduino --fault low-battery@1 -> --fault low-battery; use --protocol native or wheeltec or roboclaw
+--protocol arduino --fault low-battery@1 -> --fault low-battery; use --protocol native or roboclaw or wheeltec
 ";
     assert_table(&place, "base emulate --for 0.1", table);
 }
 
-/// They would do nothing.
 #[test]
 fn flags_of_logs_and_drives_exclude_each_other() {
     let place = place();

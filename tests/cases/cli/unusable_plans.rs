@@ -39,7 +39,7 @@ fn unusable_plans_are_rejected() {
         ),
         (
             format!("{world}routes = [{{ start = [10, 5, 0], goal = [800, 40] }}]\n"),
-            "mine to 800 40: the goal (800.00, 40.00) of a route is outside the map: move it",
+            "mine route 1: the goal (800.00, 40.00) of a route is outside the map: move it",
         ),
         (
             format!("{world}routes = [{{ start = [0.1, 5, 0], goal = [80, 40] }}]\n"),

@@ -116,13 +116,22 @@ fn discs_of_convex_bodies_cover_every_millimetre_and_stand_out_little() {
         let area = pairs.map(|(from, to)| from.x * to.y - to.x * from.y).sum::<f64>() / 2.0;
         // A tapered body has a row of equal discs over its whole bounding box.
         let is_tapered = area.abs() < 0.71 * (most[0] - least[0]) * (most[1] - least[1]);
-        assert!(is_tapered || overhang_m <= 0.25, "{overhang_m} m, {body:?}: {discs:?}");
+        // One wider than long has a row that stands out little to the sides.
+        let (length, width) = (most[0] - least[0], most[1] - least[1]);
+        if width > length {
+            let side =
+                |disc: &Disc| (disc.y - f64::midpoint(least[1], most[1])).abs() + disc.radius;
+            let side_m = discs.iter().map(side).fold(0.0, f64::max) - width / 2.0;
+            assert!(side_m <= 0.06 * width, "{side_m} m, {body:?}: {discs:?}");
+        } else {
+            assert!(is_tapered || overhang_m <= 0.25, "{overhang_m} m, {body:?}: {discs:?}");
+        }
         assert!(
             footprint.circumscribed_radius_m() <= footprint.body_radius_m() + overhang_m + 1e-3
         );
         grids += u32::from(discs.iter().any(|disc| disc.radius < 0.9 * discs[0].radius));
     }
-    assert!(grids > 10, "{grids} with discs of several sizes");
+    assert!(grids > 4, "{grids} with discs of several sizes");
 }
 
 /// Larger discs would reach beyond the circle around the body, for which paths are planned.

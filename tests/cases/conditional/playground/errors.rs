@@ -44,7 +44,7 @@ fn invalid_bodies_are_rejected() -> Result<(), Failed> {
     let large = " ".repeat(65_537);
     let nested = "[".repeat(60_000);
     let bodies: [(&str, u16, &str); 15] = [
-        ("", 400, "line 1, column 0"),
+        ("", 400, "it is empty: write an object"),
         ("{\"map\": ", 400, "line 1, column"),
         ("nonsense", 400, "line 1, column"),
         (&nested, 400, "line 1, column"),
