@@ -319,7 +319,7 @@ mod tests {
     #[test]
     fn last_line_without_line_end_must_go_on_after_its_time_as_others_do() {
         let cut = RAW_LOG.strip_suffix("5 h 12.5\n").expect("a time");
-        let error = parse(cut).err().expect("it is cut").to_string();
+        let error = parse(cut).expect_err("it is cut").to_string();
         assert!(
             error.starts_with("line 5: RAWLASER1 ends before its name of the logger"),
             "{error}"

@@ -60,7 +60,7 @@ impl Config {
     /// As [`Self::with_changes`], of a table in another file: errors name the key, but no line.
     #[cfg(feature = "experiment")]
     pub(crate) fn with_table(&self, changes: &Table) -> Result<Self, TomlError> {
-        merged(changes.clone(), self, Self::validate)
+        merged(changes, self, Self::validate)
     }
 }
 
@@ -83,12 +83,12 @@ pub fn parse_toml<T: Default + Serialize + DeserializeOwned, E: KeyError>(
         return Err(TomlError::new(in_line(number, text, &message)));
     }
     let changes = toml::from_str(text).map_err(|error| TomlError::new(error.message()))?;
-    merged(changes, settings, validate).map_err(|error| TomlError::in_text(&error, text))
+    merged(&changes, settings, validate).map_err(|error| TomlError::in_text(&error, text))
 }
 
 /// Merges and validates a table of changes; keys that it does not name keep their value in `settings`.
 fn merged<T: Default + Serialize + DeserializeOwned, E: KeyError>(
-    changes: Table,
+    changes: &Table,
     settings: &T,
     validate: impl Fn(&T) -> Result<(), E>,
 ) -> Result<T, TomlError> {
@@ -100,8 +100,8 @@ fn merged<T: Default + Serialize + DeserializeOwned, E: KeyError>(
         merge_tables(&mut table, changes.clone());
         read_table::<T>(table)
     };
-    let settings = read(&changes).map_err(|error| TomlError {
-        key: unreadable_key(&changes, &|changes| read(changes).is_err()),
+    let settings = read(changes).map_err(|error| TomlError {
+        key: unreadable_key(changes, &|changes| read(changes).is_err()),
         ..TomlError::new(plain_message(error.message(), table_of::<T>))
     })?;
     validate(&settings).map_err(|error| TomlError::of_key(&error))?;
@@ -219,7 +219,7 @@ mod tests {
     fn unreadable_key_is_named_with_its_tables() {
         let error = |text: &str| {
             let changes = text.parse().expect("TOML");
-            merged(changes, &Config::default(), Config::validate).expect_err(text)
+            merged(&changes, &Config::default(), Config::validate).expect_err(text)
         };
         let key = |text| error(text).key_path();
         let text = "local.sim_time_s = 2.0\nlocal.weights.path = \"x\"\nrobot.limits = []\n";
