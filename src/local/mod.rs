@@ -55,7 +55,6 @@ pub use planner::LocalPlanner;
 pub(crate) use problem::MAX_REACH_UNITS;
 pub use problem::{DecisionInput, MAX_DISCS, Normalization, Outside, Problem, Stopping, Weights};
 pub use quantize::QuantizedProblem;
-#[cfg(feature = "sim")]
 pub(crate) use quantize::{CLEARANCE_AND_DISC, CLEARANCE_AND_DISCS};
 pub use sampler::{Sampler, SamplerInputs};
 pub use settings::{LocalSettings, Sampling};
