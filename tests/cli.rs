@@ -39,6 +39,7 @@ mod cases {
         mod tune;
         mod unusable_input;
         mod unusable_plans;
+        mod unusable_problems;
         mod verbosity;
     }
 }

@@ -1,6 +1,6 @@
 //! Runs the cells of experiments on threads of this process, next to other processes, and prints runs and their groups.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
@@ -141,17 +141,12 @@ pub struct Workers<'a> {
 type Failed<'a> = BTreeSet<&'a str>;
 
 /// What was done with a cell.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub enum Done {
     /// It already had its result.
     Found,
     /// This process ran it.
-    Driven {
-        /// Whether the run did not start.
-        is_error: bool,
-        /// Nav2's name of the fault with which the navigator gave up.
-        fault: Option<String>,
-    },
+    Driven(Box<RunRow>),
     /// Another process runs it.
     Busy,
     /// Ctrl-C came before it began, or while its programs ran.
@@ -214,7 +209,7 @@ impl Workers<'_> {
                 anyhow::Ok((cell.row.key.clone(), self.cell(cell, failed, if_busy)?))
             };
             run_jobs(&open, jobs, work, |(key, one)| {
-                if one == Done::Busy {
+                if matches!(one, Done::Busy) {
                     busy.push(key);
                 } else {
                     bar.inc(1);
@@ -270,8 +265,7 @@ impl Workers<'_> {
         }
         store.keep(&file)?;
         claim.done();
-        let is_error = file.row.outcome == RunOutcome::Error;
-        Ok(Done::Driven { is_error, fault: file.row.fault })
+        Ok(Done::Driven(Box::new(file.row)))
     }
 }
 
@@ -283,6 +277,11 @@ pub fn run_alone(
 ) -> anyhow::Result<CellFile> {
     let _lock = latency_lock::of(cell)?;
     Ok(run_cell(cell, open_engine(cell, engines)?, &mut wall_clock(), machine_name)?)
+}
+
+/// A line for each fault with which navigators gave up, with its number of runs.
+pub fn fault_lines(faults: &BTreeMap<&str, usize>) -> impl Iterator<Item = String> {
+    faults.iter().map(|(name, count)| format!("gave up, {name}: {count}"))
 }
 
 /// A table of groups.

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, ensure};
 use clap::{Args, Subcommand};
-use inbye::experiment::{Cell, ExperimentError, Grid, Manifest, Plan, Shard, check_programs};
+use inbye::experiment::{
+    Cell, ExperimentError, Grid, Manifest, Plan, RunOutcome, Shard, check_programs, faults,
+};
 use inbye::input_file::read_text;
 use inbye::local::SharedEngines;
 use inbye::runtime::{TomlError, parse_toml};
@@ -14,7 +16,7 @@ use serde_json::{Value, json};
 
 use super::arguments::whole;
 use super::result_store::ResultStore;
-use super::runs::{Done, Workers, run_alone};
+use super::runs::{Done, Workers, fault_lines, run_alone};
 use super::sweep_merge::{self, MergeArguments};
 use super::{machine, output};
 
@@ -109,29 +111,24 @@ pub fn run(arguments: &SweepArguments) -> anyhow::Result<bool> {
     };
     machine::interrupt_flag()?;
     let done = workers.run(&cells, arguments.jobs.unwrap_or_else(machine::cores))?;
-    let (mut found, mut driven, mut errors, mut left) = (0, 0, 0, Vec::new());
-    let mut faults: BTreeMap<&str, usize> = BTreeMap::new();
+    let (mut found, mut rows, mut left) = (0, Vec::new(), Vec::new());
     for (key, done) in &done {
         match done {
             Done::Found => found += 1,
-            Done::Driven { is_error, fault } => {
-                if let Some(fault) = fault {
-                    *faults.entry(fault).or_default() += 1;
-                }
-                driven += 1;
-                errors += usize::from(*is_error);
-            }
+            Done::Driven(row) => rows.push(&**row),
             Done::NoEngine(reason) => left.push(json!({ "key": key, "reason": reason })),
             Done::Busy | Done::Interrupted => {}
         }
     }
-    let count = cells.len();
+    let (count, driven) = (cells.len(), rows.len());
+    let errors = rows.iter().filter(|row| row.outcome == RunOutcome::Error).count();
+    let faults = faults(rows);
     let mut lines = vec![format!(
         "{}: {driven} driven, {found} found; {errors} did not start; in {}",
         counted(count, "cell"),
         out.display()
     )];
-    lines.extend(faults.iter().map(|(name, count)| format!("gave up, {name}: {count}")));
+    lines.extend(fault_lines(&faults));
     if let Some(reason) = done.iter().find_map(|(_, done)| done.no_engine()) {
         lines.push(format!("{} left: {reason}", counted(left.len(), "cell")));
     }

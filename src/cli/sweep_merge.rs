@@ -10,6 +10,7 @@ use inbye::report::{BenchReport, bench_files};
 use serde_json::json;
 
 use super::files::{Output, ReportFolder, all_written};
+use super::runs::fault_lines;
 use super::{output, result_store};
 
 /// Default folder of the table and the report.
@@ -63,8 +64,7 @@ pub fn run(arguments: &MergeArguments) -> anyhow::Result<bool> {
     });
     let cells = manifest.keys().len();
     let mut lines = text_table(&groups, Group::SUMMARY);
-    let faults = faults(&rows).into_iter();
-    lines.extend(faults.map(|(name, count)| format!("gave up, {name}: {count}")));
+    lines.extend(fault_lines(&faults(&rows)));
     if !missing.is_empty() {
         let named = missing[..NAMED.min(missing.len())].join(", ");
         lines.push(format!("{} of {cells} cells are missing, such as {named}", missing.len()));

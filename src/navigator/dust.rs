@@ -95,8 +95,9 @@ impl DustFilter {
         let earlier = take(&mut self.single).into_iter().filter(|one| is_recent(one.0));
         self.single =
             earlier.chain(singles.into_iter().map(|(_, point)| (time_s, point))).collect();
-        self.last = Some((time_s, *pose, clear.clone()));
-        (has_grains && self.grains > DUSTY).then_some(clear)
+        let without = (has_grains && self.grains > DUSTY).then(|| clear.clone());
+        self.last = Some((time_s, *pose, clear));
+        without
     }
 }
 

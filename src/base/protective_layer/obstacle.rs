@@ -10,7 +10,7 @@ const TOGETHER_M: f64 = 0.3;
 /// The same distance near the lidar, as a share of the range: a surface there returns many beams close to each other, and grains are
 /// many there.
 const TOGETHER_SHARE: f64 = 0.15;
-/// Two returns of a surface are at least this many beams apart, or less.
+/// The same distance for a lidar with few beams, in distances between two beams.
 const TOGETHER_BEAMS: f64 = 3.0;
 
 /// A return of the same obstacle may be this far away from one at a range, metres, for a lidar with an angle between two beams, radians.
