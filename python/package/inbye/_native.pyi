@@ -377,10 +377,10 @@ def replay(
     ``global_planner`` is the program that planned the paths of the drive, with its arguments, if a
     program did. The command in the recording never runs.
 
-    Returns ``ticks``, ``agrees``, ``complete``, ``cpu_ticks`` and ``first_difference``: tick, field,
-    recorded and replayed value. ``cpu_ticks`` is the number of decisions that the CPU took in place
-    of a GPU; None for an engine without a fallback. Raises ``InbyeError`` for a recording without
-    ticks.
+    Returns ``ticks``, ``agrees``, ``complete``, ``cpu_ticks`` and ``first_difference``: tick,
+    field, recorded and replayed value. ``cpu_ticks`` is the number of decisions that the CPU took
+    in place of a GPU; None for an engine without a fallback. Raises ``InbyeError`` for a recording
+    without ticks.
     """
 
 def read_worlds(plan: PlanSource) -> list[World]:
