@@ -308,7 +308,8 @@ impl Pose {
         }
     }
 
-    /// Points along a motion with a constant twist for a time, seconds, at equal intervals: `parts + 1`, both ends among them.
+    /// Points along a motion with a constant twist for a time, seconds, at equal intervals: `parts + 1`, both ends among them; without
+    /// parts the start alone.
     pub fn arc(
         &self,
         twist: &Twist,
@@ -316,7 +317,7 @@ impl Pose {
         parts: u32,
     ) -> impl Iterator<Item = Point> + use<> {
         let (start, twist) = (*self, *twist);
-        let part_s = move |part: u32| time_s * f64::from(part) / f64::from(parts);
+        let part_s = move |part: u32| time_s * f64::from(part) / f64::from(parts.max(1));
         (0..=parts).map(move |part| start.after(&twist, part_s(part)).position())
     }
 

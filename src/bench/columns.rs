@@ -32,12 +32,20 @@ pub struct Column {
     pub doc: &'static str,
 }
 
+/// Names whose ending is no unit of [`UNITS`], each with its heading and its unit.
+const NAMES: [(&str, &str, Option<&str>); 5] = [
+    ("steps_per_s", "rate", Some("steps/s")),
+    ("angle_per_m", "angle", Some("rad/m")),
+    ("missed_20_hz", "missed at 20 Hz", None),
+    ("missed_50_hz", "missed at 50 Hz", None),
+    ("missed_100_hz", "missed at 100 Hz", None),
+];
+
 /// Endings of names and the units that they mean; the first that fits counts.
-const UNITS: [(&str, &str); 14] = [
+const UNITS: [(&str, &str); 13] = [
     ("_m_s2", "m/s^2"),
     ("_m_s3", "m/s^3"),
     ("_j_per_kg", "J/kg"),
-    ("_steps_per_s", "steps/s"),
     ("_per_m", "1/m"),
     ("_rad_s", "rad/s"),
     ("_m_s", "m/s"),
@@ -69,6 +77,9 @@ impl Column {
     }
 
     fn split(&self) -> (&'static str, Option<&'static str>) {
+        if let Some((_, heading, unit)) = NAMES.iter().find(|(name, ..)| *name == self.name) {
+            return (heading, *unit);
+        }
         let fits = |&(ending, unit)| Some((self.name.strip_suffix(ending)?, Some(unit)));
         UNITS.iter().find_map(fits).unwrap_or((self.name, None))
     }
@@ -351,6 +362,15 @@ mod tests {
         assert_eq!(csv_text(&rows()), "name,mean_speed_m_s,runs\n\"a, b\",1.005,7\n,12.0,1234\n");
         assert_eq!(Row::COLUMNS[1].doc, "Its speed.");
         assert_eq!(Row::COLUMNS[1].unit(), Some("m/s"));
+    }
+
+    #[test]
+    fn names_that_end_like_a_unit_have_a_heading_of_their_own() {
+        let heading = |name| Column { name, ..Row::COLUMNS[2] }.heading();
+        assert_eq!(heading("steps_per_s"), "rate, steps/s");
+        assert_eq!(heading("angle_per_m"), "angle, rad/m");
+        assert_eq!(heading("missed_20_hz"), "missed at 20 Hz");
+        assert_eq!(heading("omega_sign_changes_per_m"), "omega sign changes, 1/m");
     }
 
     #[test]

@@ -373,7 +373,7 @@ impl fmt::Display for Crossover {
                 "{name}: faster than every CPU engine from {samples} samples on (there {cpu})"
             ),
             (None, Some(cpu)) => {
-                write!(f, "{name}: never faster than the CPU up to {up_to} samples (there {cpu})")
+                write!(f, "{name}: not faster than the CPU at {up_to} samples (there {cpu})")
             }
             (_, None) => {
                 write!(f, "{name}: measured with no number of samples that a CPU engine was")

@@ -21,7 +21,8 @@ pub const HELP: &str = concat!(
     "Example:\n  inbye evaluate --problem problem.json --samples --json\n\nproblem.json:\n",
     include_str!("problem_example.json"),
     "\nRows run from the largest y down: # wall, . free, ? unknown; or \"map\": {\"file\": \"mine.yaml\"}.\n\
-     map, robot.pose and target are required; key_node is the target when left out, and every other key has a default. Poses are metres and radians, x forward, y left, yaw counter-clockwise."
+     map, robot.pose and target are required; key_node is the target when left out, and every other key has a default. Poses are metres and radians, x forward, y left, yaw counter-clockwise.\n\
+     Exit status 1: no sample is admissible."
 );
 
 /// Longest quotation of a line in an error, up to the place of the error, characters.

@@ -36,7 +36,7 @@ const FOLDER: &str = "inbye-sweep";
     share it: no cell is run twice. Where machines share no folder, run a --shard on each, and merge the folders.\n\
     Cells of worlds with `latency = true` run one at a time after the others, and no other cell on the same machine runs at \
     that time.\n\
-    JSON fields: `cells`, `found`, `driven`, `errors`, `left` [{`key`, `reason`}], `out`; with --list `cells`, a list, in which \
+    JSON fields: `cells`, `found`, `driven`, `errors`, `faults`, `left` [{`key`, `reason`}], `out`; with --list `cells`, a list, in which \
     `also` has the further names of a cell.\n\
     Exit status 1: cells are left, because this machine does not have their engine, or a GPU failed during their run. The same \
     command drives them again."

@@ -395,7 +395,8 @@ fn goal<S: Serializer>(goal: &Goal, out: S) -> Result<S::Ok, S::Error> {
 
 /// Ranges in metres: `null` for no measurement, `range_max` for nothing within it. JSON has neither NaN nor infinity.
 fn ranges<S: Serializer>((ranges, range_max): &(&[f64], f64), out: S) -> Result<S::Ok, S::Error> {
-    out.collect_seq(ranges.iter().map(|range| (!range.is_nan()).then(|| range.min(*range_max))))
+    // NaN is not above zero.
+    out.collect_seq(ranges.iter().map(|range| (*range > 0.0).then(|| range.min(*range_max))))
 }
 
 #[cfg(test)]
@@ -423,7 +424,7 @@ mod tests {
         let text = serde_json::to_string(&ScanMessage::new(&scan)).expect("JSON");
         assert_eq!(
             text,
-            r#"{"origin":[0.0,0.0],"angle_min":-1.0,"angle_increment":0.5,"range_max":8.0,"ranges":[0.25,null,8.0,8.0,-1.0]}"#
+            r#"{"origin":[0.0,0.0],"angle_min":-1.0,"angle_increment":0.5,"range_max":8.0,"ranges":[0.25,null,8.0,8.0,null]}"#
         );
     }
 

@@ -28,7 +28,7 @@ pub struct Projection {
 }
 
 impl Path {
-    /// Creates a path through points and drops repeated ones.
+    /// Creates a path through points and drops repeated ones. Lengths and places on a path mean nothing if a point is not finite.
     ///
     /// # Panics
     /// Panics if there is no point.
@@ -93,7 +93,7 @@ impl Path {
         if length <= 0.0 { Vector::ZERO } else { segment / length }
     }
 
-    /// Points at equal spacing of at most `spacing_m`, both ends included.
+    /// Points at equal spacing of at most `spacing_m`, above zero, both ends included.
     pub fn samples(&self, spacing_m: f64) -> impl Iterator<Item = Point> + '_ {
         let count = (self.length_m() / spacing_m).ceil().max(1.0);
         (0..=count as usize).map(move |index| self.point_at(self.length_m() * index as f64 / count))
@@ -109,8 +109,9 @@ impl Path {
     #[must_use]
     pub fn project_within(&self, point: &Point, range_m: Range<f64>) -> Projection {
         let length = self.length_m();
-        let begin = range_m.start.clamp(0.0, length);
-        let end = range_m.end.clamp(begin, length);
+        // Unlike `clamp`, these have a result for a length that is no number.
+        let begin = range_m.start.max(0.0).min(length);
+        let end = range_m.end.max(begin).min(length);
         let mut best = self.projection(point, begin);
         let first = self.arcs_m.partition_point(|&arc| arc <= begin).max(1);
         for index in first..self.points.len() {

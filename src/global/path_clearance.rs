@@ -86,8 +86,8 @@ impl Piece {
     fn distance_within(&self, reach: f64, obstacles: &ObstacleGrid) -> f64 {
         let frame = obstacles.frame();
         let span = |one: f64, other: f64, side: i32| {
-            let low = (one.min(other) - reach).floor() as i32 - 1;
-            let high = (one.max(other) + reach).floor() as i32 + 1;
+            let low = ((one.min(other) - reach).floor() as i32).saturating_sub(1);
+            let high = ((one.max(other) + reach).floor() as i32).saturating_add(1);
             low.max(0)..=high.min(side - 1)
         };
         let columns = span(self.from.x, self.to.x, frame.width);

@@ -96,9 +96,12 @@ impl OccupancyGrid {
         resolution_m: f64,
         origin: Pose,
     ) -> Result<Self, MapError> {
-        let width = rows.first().map_or(0, |row| row.as_ref().chars().count());
+        let length = |row: &dyn AsRef<str>| row.as_ref().chars().count();
+        let width = rows.first().map_or(0, |row| length(row));
         if width == 0 {
-            return Err(MapError::Empty);
+            let filled = rows.iter().position(|row| length(row) > 0).ok_or(MapError::Empty)?;
+            let found = length(&rows[filled]);
+            return Err(MapError::RaggedRow { row: filled + 1, found, expected: 0 });
         }
         let side = |cells: usize| i32::try_from(cells).unwrap_or(i32::MAX);
         let frame = GridFrame::new(side(width), side(rows.len()), resolution_m, origin)?;

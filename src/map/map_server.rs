@@ -160,7 +160,7 @@ impl MapYaml {
         if parsed.mode == Mode::Scale && (free_thresh > 0.0 || occupied_thresh < 1.0) {
             parsed.warnings.push(MapWarning::ClippedScale { free_thresh, occupied_thresh });
         }
-        if parsed.free_thresh < parsed.occupied_thresh {
+        if parsed.mode == Mode::Raw || parsed.free_thresh < parsed.occupied_thresh {
             Ok(parsed)
         } else {
             file.get("free_thresh", "below `occupied_thresh`", |_| None)

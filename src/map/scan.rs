@@ -162,11 +162,12 @@ impl TimedScan {
     /// Distributes the beams of a scan evenly over `duration_s`; the last beam has the time `end_s`, seconds.
     #[must_use]
     pub fn from_scan(scan: &Scan, end_s: f64, duration_s: f64) -> Self {
-        let gaps = (scan.ranges.len().max(2) - 1) as f64;
+        let gaps = scan.ranges.len().saturating_sub(1);
+        let share = |index: usize| if gaps == 0 { 1.0 } else { index as f64 / gaps as f64 };
         let beam = |(index, &range): (usize, &f64)| Beam {
             angle: scan.angle(index),
             range,
-            time_s: end_s - duration_s * (1.0 - index as f64 / gaps),
+            time_s: end_s - duration_s * (1.0 - share(index)),
         };
         Self {
             origin: scan.origin,

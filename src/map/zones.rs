@@ -67,10 +67,10 @@ impl Zones {
     /// Adds the zones of the same map.
     ///
     /// # Panics
-    /// Panics if they have another number of cells.
+    /// Panics if they belong to another grid.
     pub fn add(&mut self, other: &Self) {
         let cells = other.grid.cells();
-        assert_eq!(self.grid.cells().len(), cells.len(), "zones of the same map");
+        assert_eq!(self.frame(), other.frame(), "zones of the same map");
         for (index, &new) in cells.iter().enumerate().filter(|(_, new)| **new != 0) {
             self.add_to(self.frame().cell_at(index), new);
         }
@@ -139,11 +139,11 @@ impl Zones {
     /// The obstacles of the map together with the closed cells.
     ///
     /// # Panics
-    /// Panics if the obstacles have another number of cells.
+    /// Panics if the obstacles belong to another grid.
     #[must_use]
     pub fn with_obstacles(&self, obstacles: &ObstacleGrid) -> ObstacleGrid {
         let cells = self.grid.cells();
-        assert_eq!(obstacles.cells().len(), cells.len(), "zones of the same map");
+        assert_eq!(obstacles.frame(), self.frame(), "zones of the same map");
         let is_blocked = |(&cell, &blocked): (&i8, &bool)| blocked || cell == KEEPOUT;
         let blocked = cells.iter().zip(obstacles.cells()).map(is_blocked);
         ObstacleGrid::new(*self.frame(), blocked.collect())

@@ -97,14 +97,19 @@ impl ControllerHost {
         }
     }
 
-    /// Whether the robot is within the tolerances of the goal, or was and brakes since.
+    /// Whether the robot is within the tolerances of the goal, or was and brakes since. One that then stands beyond them is not: the
+    /// controller goes on.
     pub fn is_at_goal(&mut self, state: &State<'_>) -> bool {
         let (goal, settings, pose) = (state.goal, state.settings, &state.visible.pose);
         let is_near = (goal.position - pose.position()).norm() <= settings.xy_goal_tolerance;
         let is_turned = goal
             .yaw
             .is_none_or(|yaw| wrap_angle(yaw - pose.yaw).abs() <= settings.yaw_goal_tolerance);
-        self.has_reached_goal |= is_near && is_turned;
+        let brakes = self.has_reached_goal && !state.measured.stands();
+        self.has_reached_goal = brakes || is_near && is_turned;
+        if !self.has_reached_goal {
+            self.stands = ConditionTimer::default();
+        }
         self.has_reached_goal
     }
 

@@ -71,7 +71,7 @@ pub enum Fault {
     /// The robot found no admissible velocity for longer than `movement_time_allowance`, and no escape.
     #[error(
         "NO_VALID_CONTROL: {stuck_s:.0} s without an admissible velocity, {left_m:.1} m from the goal: {}",
-        reason.as_deref().unwrap_or("obstacles are within the margins on all sides")
+        reason.as_deref().unwrap_or("every velocity leads into the margin of an obstacle")
     )]
     NoControl {
         /// Time without progress, seconds.

@@ -56,19 +56,27 @@ fn check_yaw(
     {
         return Ok(());
     }
-    Err(PlanError::GoalOccupied { place, why: no_room(yaw, |yaw| fits_at(place, yaw)) })
+    Err(PlanError::GoalOccupied { place, why: no_room(yaw, |yaw| fits_at(place, yaw), || None) })
 }
 
-/// Why the robot cannot be at a place with a yaw, with the nearest yaw that fits there, radians.
-pub(crate) fn no_room(yaw: f64, fits: impl Fn(f64) -> bool) -> String {
+/// Why the robot cannot be at a place with a yaw, with the nearest yaw that fits there, radians; where none does, with a place nearby
+/// if one is known.
+pub(crate) fn no_room(
+    yaw: f64,
+    fits: impl Fn(f64) -> bool,
+    nearby: impl FnOnce() -> Option<Point>,
+) -> String {
     let steps = (PI / YAW_STEP) as u32;
     let nearest = (1..=steps)
         .flat_map(|step| [1.0, -1.0].map(|side| yaw + side * f64::from(step) * YAW_STEP))
         .find(|yaw| fits(*yaw));
-    let hint = nearest.map_or_else(
-        || "no yaw fits there".to_owned(),
-        |yaw| format!("the nearest yaw that fits is {:.2}", wrap_angle(yaw)),
-    );
+    let hint = match nearest {
+        Some(yaw) => format!("the nearest yaw that fits is {:.2}", wrap_angle(yaw)),
+        None => nearby().map_or_else(
+            || "no yaw fits there".to_owned(),
+            |Point { x, y }| format!("no yaw fits there; it fits at ({x:.2}, {y:.2})"),
+        ),
+    };
     format!("has no room for the robot with yaw {yaw:.2}: {hint}")
 }
 

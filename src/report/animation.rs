@@ -13,6 +13,7 @@ use resvg::tiny_skia::{
 use thiserror::Error;
 
 use super::mission_page::MissionView;
+use super::number::{fixed, significant};
 use super::player::PlaybackRecorder;
 use super::player::playback_recorder::{Frame, MIN_SCORE, NO_RETURN, Window};
 use super::png::{PngError, draw_svg};
@@ -84,11 +85,10 @@ pub fn gif_animation(
     let (Some(first), Some(last)) = (all.first(), all.last()) else {
         return Err(AnimationError::Empty);
     };
-    let stride = all.len().div_ceil(MAX_FRAMES);
-    let mut shown: Vec<usize> = (0..all.len()).step_by(stride).collect();
-    if shown.last() != Some(&(all.len() - 1)) {
-        shown.push(all.len() - 1);
-    }
+    // The last frame shows the end of the drive.
+    let end = all.len() - 1;
+    let stride = end.div_ceil(MAX_FRAMES - 1).max(1);
+    let shown: Vec<usize> = (0..end).step_by(stride).chain([end]).collect();
     let shown_s = shown.len() as f64 * f64::from(DELAY) / 100.0;
     let speed_up = (last.row.time_s - first.row.time_s) / shown_s;
     let scene = Scene::new(mission, playback, speed_up)?;
@@ -216,8 +216,11 @@ impl<'a> Scene<'a> {
         let row = &frame.row;
         let mode = row.mode.name().replace('_', " ");
         let text = format!(
-            "{:.1} s  ·  {:.2} m/s  ·  gap {:.2} m  ·  {mode}  ·  {:.0} x real time",
-            row.time_s, row.twist.linear, row.gap_m, self.speed_up
+            "{:.1} s  ·  {:.2} m/s  ·  gap {} m  ·  {mode}  ·  {} x real time",
+            row.time_s,
+            row.twist.linear,
+            fixed(row.gap_m, 2),
+            significant(self.speed_up)
         );
         format!(
             r##"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH_PX}" height="{HEIGHT_PX}"><rect width="{WIDTH_PX}" height="26" fill="#fff" fill-opacity="0.85"/><text x="10" y="18" font-size="14" fill="#1a1e24">{text}</text></svg>"##

@@ -7,7 +7,7 @@ use super::figure::file_links;
 use super::mission_set_charts::{self, missed_missions};
 use super::number::{fixed, optional};
 use super::page::{ReportFile, Tile, document, json_text, page_header, reproduction, tiles};
-use super::run_charts::Worlds;
+use super::run_charts::{Worlds, robot_contacts};
 use super::sample_charts::{NO_LATENCY, SampleRows, density_notes, density_tiles};
 use super::sweep_charts;
 use crate::bench::{Columns, DensityRow, QualityRow, SkippedCell, csv_text};
@@ -179,7 +179,7 @@ fn run_tiles(of: &str, rows: &[RunRow]) -> Vec<Tile> {
     vec![
         (format!("{of}: runs"), all.runs.to_string(), ""),
         (format!("{of}: goal reached"), fixed(100.0 * all.reached_share, 1), "%"),
-        (format!("{of}: contacts by the robot"), all.contacts_robot.to_string(), ""),
+        (format!("{of}: contacts by the robot"), robot_contacts(&all).to_string(), ""),
         (format!("{of}: sign changes of omega"), optional(all.omega_sign_changes_per_m, 2), "1/m"),
     ]
 }
@@ -190,7 +190,7 @@ fn protection_tiles(rows: &[RunRow]) -> Vec<Tile> {
         let (name, missions) = (&group.name, group.runs.to_string());
         [
             (format!("{name}: missions"), missions, ""),
-            (format!("{name}: contacts by the robot"), group.contacts_robot.to_string(), ""),
+            (format!("{name}: contacts by the robot"), robot_contacts(&group).to_string(), ""),
         ]
     };
     by_settings(rows).into_iter().flat_map(of_settings).collect()

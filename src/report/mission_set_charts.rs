@@ -91,6 +91,9 @@ fn ends_table(counts: &[&Group]) -> Table {
             ("reached", |counts| counts.reached.to_string()),
             ("reached, %", |counts| fixed(percent(counts.reached, counts), 1)),
             ("contact caused by the robot", |counts| robot_contacts(counts).to_string()),
+            ("avoidable contact caused by an obstacle", |counts| {
+                counts.contacts_avoidable.to_string()
+            }),
             ("contact caused by an obstacle", |counts| counts.contacts_other.to_string()),
             ("gave up", |counts| counts.failed.to_string()),
             ("timeout", |counts| counts.timeouts.to_string()),
@@ -123,7 +126,8 @@ impl Measure {
             Some(values) => {
                 set.row(format!("median {}", significant(values[2])), RowMark::Spread(*values))
             }
-            None => set.row("none reached".to_owned(), RowMark::None),
+            None if set.counts.reached == 0 => set.row("none reached".to_owned(), RowMark::None),
+            None => set.row("no value".to_owned(), RowMark::None),
         });
         let legend = LegendEntry::new(
             spread([0.0, 6.0, 14.0, 22.0, 28.0], 7.0),

@@ -101,6 +101,9 @@ pub(super) fn latency(rows: &[RunRow]) -> Chart {
     const CAPTION: &str = "From the scan to the command; no other cell ran at the same time. Lines are means of the medians of \
         the cells, the bands end at the worst 99th percentile of a cell.";
     let points = latency_points(rows);
+    if points.is_empty() {
+        return Chart::empty(TITLE, "No cell has a measured tick.");
+    }
     let series = AllSeries::new(&points, |point| point.samples, |point| Some(point.engine.clone()));
     let values = |point: &LatencyPoint| [point.p50_ms(), point.worst_p99_ms];
     let (least_ms, worst_ms) = range(points.iter().flat_map(values)).unwrap_or((1.0, 1.0));
@@ -131,19 +134,24 @@ pub(super) fn latency(rows: &[RunRow]) -> Chart {
     }
 }
 
-/// The points by samples, then by engine.
+/// The points by samples, then by engine. A run that ended before its first tick has no latency.
 fn latency_points(rows: &[RunRow]) -> Vec<LatencyPoint> {
     let mut all: BTreeMap<(u64, &str), LatencyPoint> = BTreeMap::new();
     for row in rows {
+        let (Some(p50_ms), Some(p99_ms), Some(slowest_ms)) =
+            (row.tick_p50_ms, row.tick_p99_ms, row.tick_max_ms)
+        else {
+            continue;
+        };
         let engine = row.ran_on.as_deref().unwrap_or_default();
         let samples = u64::from(row.vx_samples) * u64::from(row.vtheta_samples);
         let point = all.entry((samples, engine)).or_default();
         engine.clone_into(&mut point.engine);
         point.samples = samples;
         point.cells += 1;
-        point.sum_p50_ms += row.tick_p50_ms.unwrap_or_default();
-        point.worst_p99_ms = point.worst_p99_ms.max(row.tick_p99_ms.unwrap_or_default());
-        point.slowest_ms = point.slowest_ms.max(row.tick_max_ms.unwrap_or_default());
+        point.sum_p50_ms += p50_ms;
+        point.worst_p99_ms = point.worst_p99_ms.max(p99_ms);
+        point.slowest_ms = point.slowest_ms.max(slowest_ms);
     }
     all.into_values().collect()
 }

@@ -21,8 +21,8 @@ impl Polygon {
     /// Creates a polygon from its corners, metres, in either direction.
     ///
     /// # Errors
-    /// Returns an error for fewer than 3 or more than 256 corners, a coordinate that is not finite or beyond 100 m, or corners
-    /// that enclose no area.
+    /// Returns an error for fewer than 3 or more than 256 corners, a coordinate that is not finite or beyond 100 m, edges that
+    /// cross, or corners that enclose no area.
     pub fn new(corners: Vec<Point>) -> Result<Self, RobotError> {
         let is_near =
             |point: &Point| point.x.abs() <= MAX_COORDINATE_M && point.y.abs() <= MAX_COORDINATE_M;
@@ -32,10 +32,13 @@ impl Polygon {
             "a coordinate is not finite or beyond 100 m"
         } else {
             let polygon = Self(corners);
-            if polygon.signed_area_m2().abs() >= MIN_AREA_M2 {
+            if polygon.crosses_itself() {
+                "two of its edges cross: give the corners in their order around the body"
+            } else if polygon.signed_area_m2().abs() < MIN_AREA_M2 {
+                "its corners enclose no area"
+            } else {
                 return Ok(polygon);
             }
-            "its corners enclose no area"
         };
         Err(RobotError::BadBody { reason })
     }
@@ -78,6 +81,17 @@ impl Polygon {
     pub(crate) fn edges(&self) -> impl Iterator<Item = (&Point, &Point)> {
         let closing = self.0.last().into_iter().zip(self.0.first());
         self.0.iter().zip(&self.0[1..]).chain(closing)
+    }
+
+    /// Whether two of its edges cross that have no corner in common.
+    fn crosses_itself(&self) -> bool {
+        let edges: Vec<_> = self.edges().collect();
+        let last = edges.len() - 1;
+        edges.iter().enumerate().any(|(number, (from, to))| {
+            let others = edges.iter().enumerate().skip(number + 2);
+            let mut apart = others.filter(|(other, _)| (number, *other) != (0, last));
+            apart.any(|(_, (start, end))| segments_cross(from, to, start, end))
+        })
     }
 
     /// Whether a point is inside, by the even-odd rule.
@@ -210,6 +224,26 @@ mod tests {
             (-1.0, 1.0),
         ];
         Polygon::new(corners.map(|(x, y)| Point::new(x, y)).to_vec()).expect("a polygon")
+    }
+
+    #[test]
+    fn edges_that_cross_are_an_error() {
+        let polygon = |corners: &[(f64, f64)]| {
+            Polygon::new(corners.iter().map(|&(x, y)| Point::new(x, y)).collect())
+        };
+        let crossed = [(0.3, 0.3), (0.3, -0.3), (-0.3, -0.3), (-0.1, 0.0), (0.6, 0.0), (-0.3, 0.3)];
+        let error = polygon(&crossed).expect_err("edges cross").to_string();
+        assert!(error.contains("two of its edges cross"), "{error}");
+        let bow_tie = [(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)];
+        assert!(polygon(&bow_tie).is_err());
+        // An L, a triangle, and a rectangle with a corner given twice.
+        for shape in [
+            &[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)][..],
+            &[(0.0, 0.0), (2.0, 0.0), (1.0, 1.0)],
+            &[(0.0, 0.0), (2.0, 0.0), (2.0, 0.0), (2.0, 1.0), (0.0, 1.0)],
+        ] {
+            assert!(polygon(shape).is_ok(), "{shape:?}");
+        }
     }
 
     #[test]

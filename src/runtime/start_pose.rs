@@ -1,5 +1,7 @@
 //! Whether the robot's body fits where a mission starts.
 
+use core::f64::consts::TAU;
+
 use super::ObstacleGap;
 use crate::geometry::{Point, Pose};
 use crate::global::PlanError;
@@ -7,11 +9,16 @@ use crate::map::{Cell, ObstacleGrid};
 use crate::navigator::no_room;
 use crate::robot::Footprint;
 
+/// Places that are tried around a start without room: circles, the distance between two of them, metres, and directions.
+const NEARBY_CIRCLES: u32 = 40;
+const NEARBY_STEP_M: f64 = 0.05;
+const NEARBY_DIRECTIONS: u32 = 24;
+
 /// Rejects a start at which the body touches an obstacle of the map: the mission would end with contact before the robot moves. The
 /// planner checks only the robot's position, without its yaw.
 ///
 /// # Errors
-/// [`PlanError::StartOccupied`], with the nearest yaw that fits.
+/// [`PlanError::StartOccupied`], with the nearest yaw that fits, or a place nearby where the body fits with this yaw.
 pub(crate) fn check_start(
     start: &Pose,
     obstacles: &ObstacleGrid,
@@ -25,11 +32,26 @@ pub(crate) fn check_start(
         return Ok(());
     }
     let ground = ObstacleGap::new(obstacles.clone());
-    let fits = |yaw: f64| ground.gap_m(footprint, &Pose { yaw, ..*start }) > 0.0;
+    let fits_at = |pose: &Pose| ground.gap_m(footprint, pose) > 0.0;
+    let fits = |yaw: f64| fits_at(&Pose { yaw, ..*start });
     if fits(start.yaw) {
         return Ok(());
     }
-    Err(PlanError::StartOccupied { place, why: no_room(start.yaw, fits) })
+    let nearby = || places_around(start).find(fits_at).map(|pose| pose.position());
+    Err(PlanError::StartOccupied { place, why: no_room(start.yaw, fits, nearby) })
+}
+
+/// Poses with the same yaw around a pose, on circles around it.
+fn places_around(pose: &Pose) -> impl Iterator<Item = Pose> + use<> {
+    let Pose { x, y, yaw } = *pose;
+    (1..=NEARBY_CIRCLES).flat_map(move |circle| {
+        let away_m = f64::from(circle) * NEARBY_STEP_M;
+        (0..NEARBY_DIRECTIONS).map(move |direction| {
+            let (sin, cos) =
+                libm::sincos(TAU * f64::from(direction) / f64::from(NEARBY_DIRECTIONS));
+            Pose::new(x + away_m * cos, y + away_m * sin, yaw)
+        })
+    })
 }
 
 /// Whether no obstacle touches the square around a place, this far to each side along the axes of the grid, metres.
@@ -73,6 +95,6 @@ mod tests {
         assert!(error.starts_with("START_OCCUPIED: start (0.00, 0.00) has no room"), "{error}");
         assert!(error.ends_with("with yaw 1.40: the nearest yaw that fits is 0.27"), "{error}");
         let error = check(0.0, -0.25, 0.0).expect_err("no room").to_string();
-        assert!(error.ends_with("with yaw 0.00: no yaw fits there"), "{error}");
+        assert!(error.ends_with("no yaw fits there; it fits at (0.01, -0.05)"), "{error}");
     }
 }

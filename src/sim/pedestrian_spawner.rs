@@ -18,8 +18,9 @@ use crate::settings::require;
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
 
-/// Smallest distance of walks from the points to keep clear, metres.
+/// Smallest distance of walks from the points to keep clear, metres, and from what stands there.
 const KEEP_CLEAR_M: f64 = 5.0;
+const LEAST_GAP_M: f64 = 0.3;
 
 /// Most pedestrians of a spawner.
 const MAX_COUNT: usize = 100_000;
@@ -71,14 +72,16 @@ impl PedestrianSpawner {
             return Ok(MovingObstacles::default());
         }
         let path = first_path(mission, config)?;
-        let ends = [mission.start.position(), mission.goal.position];
+        let robot_m = config.robot.footprint.circumscribed_radius_m();
+        let ends = [mission.start.position(), mission.goal.position].map(|end| (end, robot_m));
         self.spawn(&mission.map.obstacles(config.unknown), path.points(), &ends)
     }
 
     /// Spawns pedestrians along a path. Each crosses or follows the roadway, on a walk of 4 to 12 m over free ground.
     ///
     /// No walk comes within 5 m of the points to keep clear, such as the robot's start and goal. On a path shorter than 20 m
-    /// the limit is a quarter of its length.
+    /// the limit is a quarter of its length. A walk keeps a gap of 0.3 m at least to what stands at such a point: each has its radius,
+    /// metres.
     ///
     /// # Errors
     /// [`SimError::Setting`] for a setting out of range; [`SimError::NoRoom`] where there is
@@ -87,7 +90,7 @@ impl PedestrianSpawner {
         &self,
         obstacles: &ObstacleGrid,
         path: &[Point],
-        keep_clear: &[Point],
+        keep_clear: &[(Point, f64)],
     ) -> Result<MovingObstacles, SimError> {
         let PedestrianSettings { radius_m, yields, leg_diameter_m, .. } = self.settings;
         self.settings.validate()?;
@@ -141,8 +144,10 @@ struct Places<'a> {
     free: FreeSpace,
     /// Candidate points along the path, each with the path's direction.
     spots: Vec<(Point, f64)>,
-    keep_clear: &'a [Point],
+    keep_clear: &'a [(Point, f64)],
     keep_clear_m: f64,
+    /// Radius of a pedestrian, metres.
+    radius_m: f64,
 }
 
 impl<'a> Places<'a> {
@@ -150,7 +155,7 @@ impl<'a> Places<'a> {
         obstacles: &ObstacleGrid,
         radius_m: f64,
         path: &[Point],
-        keep_clear: &'a [Point],
+        keep_clear: &'a [(Point, f64)],
     ) -> Self {
         let length: f64 = path.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
         let mut places = Self {
@@ -158,6 +163,7 @@ impl<'a> Places<'a> {
             spots: Vec::new(),
             keep_clear,
             keep_clear_m: KEEP_CLEAR_M.min(length / 4.0),
+            radius_m,
         };
         for leg in path.windows(2) {
             let direction = bearing(&leg[0], &leg[1]);
@@ -172,7 +178,10 @@ impl<'a> Places<'a> {
     }
 
     fn may_walk(&self, point: &Point) -> bool {
-        self.keep_clear.iter().all(|place| (point - place).norm() >= self.keep_clear_m)
+        self.keep_clear.iter().all(|(place, radius_m)| {
+            let least_m = radius_m + self.radius_m + LEAST_GAP_M;
+            (point - place).norm() >= self.keep_clear_m.max(least_m)
+        })
     }
 
     /// Finds a walk across or along the pedestrian's own part of the path, or elsewhere if there is none.
@@ -218,6 +227,24 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use crate::map::GridFrame;
+
+    /// A path of 1 m: a quarter of it is less than the robot.
+    #[test]
+    fn no_walk_leads_through_the_robot() {
+        let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a frame");
+        let ground = ObstacleGrid::filled(frame, false);
+        let (path, robot_m) = ([Point::new(4.0, 5.0), Point::new(5.0, 5.0)], 0.43);
+        let ends = path.map(|end| (end, robot_m));
+        for seed in 0..20 {
+            let Ok(people) = PedestrianSpawner::new(2, seed).spawn(&ground, &path, &ends) else {
+                continue;
+            };
+            for disc in people.discs() {
+                let gap_m = (disc.center() - path[0]).norm() - disc.radius - robot_m;
+                assert!(gap_m > 0.2, "seed {seed}: {gap_m} m");
+            }
+        }
+    }
 
     #[test]
     fn absurd_number_of_pedestrians_is_an_error() {

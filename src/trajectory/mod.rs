@@ -26,7 +26,7 @@ pub struct TimedPose {
     pub pose: Pose,
 }
 
-/// Mean, standard deviation, root mean square and largest value of errors that are zero or more.
+/// Mean, standard deviation, root mean square, median and largest value of errors that are zero or more.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct ErrorStatistics {
     /// Mean.

@@ -85,7 +85,9 @@ impl MissionSite {
             (self.obstacles.clone(), 0)
         };
         let pedestrians = draw_plant(config, seed).pedestrians;
-        let (traffic, moving_obstacles) = traffic(rules, pedestrians, &truth, path, &mut rng);
+        let robot_m = config.robot.footprint.circumscribed_radius_m();
+        let (traffic, moving_obstacles) =
+            traffic(rules, pedestrians, (&truth, path), robot_m, &mut rng);
         let path_m = path.length_m();
         let goal = Goal { position: goal, yaw: Some(goal_yaw) };
         let start = Pose::new(start.x, start.y, start_yaw);

@@ -56,12 +56,13 @@ const WANDER_M: f64 = 3.0;
 /// clear.
 const FROM_ENDS_M: f64 = 5.0;
 
-/// Generates moving obstacles along a path. Where the map has no room for all of them, there are fewer.
+/// Generates moving obstacles along a path of a robot with this radius, metres. Where the map has no room for all of them, there are
+/// fewer.
 pub(super) fn traffic(
     rules: &Rules,
     pedestrians: PedestrianSettings,
-    ground: &ObstacleGrid,
-    path: &Path,
+    (ground, path): (&ObstacleGrid, &Path),
+    robot_m: f64,
     rng: &mut Pcg64Mcg,
 ) -> (TrafficKind, MovingObstacles) {
     // All random numbers are drawn in any case: a change of one rule does not change the rest of the mission.
@@ -78,7 +79,7 @@ pub(super) fn traffic(
         TrafficKind::SteppingOut => sudden(Surprise::StepOut),
         kind => {
             let pedestrians = pedestrians.yields(kind == TrafficKind::Yielding);
-            along(pedestrians.spawner(count, seed), ground, path)
+            along(pedestrians.spawner(count, seed), (ground, path), robot_m)
         }
     };
     if moving_obstacles.is_empty() {
@@ -87,9 +88,14 @@ pub(super) fn traffic(
     (kind, moving_obstacles)
 }
 
-fn along(spawner: PedestrianSpawner, ground: &ObstacleGrid, path: &Path) -> MovingObstacles {
+fn along(
+    spawner: PedestrianSpawner,
+    (ground, path): (&ObstacleGrid, &Path),
+    robot_m: f64,
+) -> MovingObstacles {
     let points = path.points();
-    let ends: Vec<Point> = points.iter().take(1).chain(points.last()).copied().collect();
+    let ends: Vec<(Point, f64)> =
+        points.iter().take(1).chain(points.last()).map(|end| (*end, robot_m)).collect();
     let placed = (1..=spawner.count).rev().find_map(|count| {
         let spawner = PedestrianSpawner { count, ..spawner };
         spawner.spawn(ground, points, &ends).ok()

@@ -74,13 +74,14 @@ impl Input<'_> {
         Ok([width, height, depth, max])
     }
 
-    /// A number of the header. A comment runs from `#` to the end of its line.
+    /// A number of the header. A comment runs from `#` to the end of its line, and ends the number before it.
     fn header_number(&mut self) -> Result<u32, MapError> {
         let mut number: Option<u32> = None;
         while let Some(&byte) = self.0.next() {
             if byte == b'#' {
                 while self.0.next().is_some_and(|&byte| byte != b'\n' && byte != b'\r') {}
-            } else if is_space(byte) {
+            }
+            if byte == b'#' || is_space(byte) {
                 if number.is_some() {
                     break;
                 }

@@ -77,14 +77,14 @@ impl Behaviour for Escape {
             return Ok(None);
         }
         let pose = &state.now.pose;
-        // Straight back where the robot came from nowhere.
-        let behind = self.breadcrumbs.behind(&pose.position());
-        let behind = behind.unwrap_or_else(|| pose.transform(&Point::new(-1.0, 0.0)));
+        let came_from = self.breadcrumbs.behind(&pose.position());
         // Next to people, one that sees nothing behind it cannot wait until it does: it turns to where there is room.
         let has_people = state.waits_for_people();
         let limits = if has_people { state.limits_in_sight() } else { state.robot.limits };
         let reverses = limits.min_vel_x < 0.0;
-        let forwards = if reverses { None } else { forward_escape::motion(state, &behind) };
+        let forwards = if reverses { None } else { forward_escape::motion(state, came_from) };
+        // Straight back where the robot came from nowhere.
+        let behind = came_from.unwrap_or_else(|| pose.transform(&Point::new(-1.0, 0.0)));
         // Every second attempt only looks for room: the way back has not helped, or there is none. People need that the robot goes back.
         let returns = !self.attempts.is_multiple_of(2) || has_people;
         let behind = returns.then_some(behind);
@@ -320,6 +320,16 @@ mod tests {
         let motion = |state: &State<'_>| best_motion(state, Some(behind), None);
         let wanted = near_a_wall(0.01, &along, size_m, limits, motion);
         assert!(wanted.linear > 0.0, "{wanted:?}");
+    }
+
+    /// The wall is behind it, within its margin, and it has not moved yet: a turn towards either side would come nearer to the wall.
+    #[test]
+    fn robot_that_cannot_reverse_drives_away_from_a_wall_behind_it() {
+        let facing_away = Pose::new(0.05, 0.0, core::f64::consts::PI);
+        let limits = Limits { min_vel_x: 0.0, ..Limits::default() };
+        let motion = |state: &State<'_>| forward_escape::motion(state, None);
+        let wanted = near_a_wall(0.05, &facing_away, (0.7, 0.5), limits, motion);
+        assert!(wanted.is_some_and(|wanted| wanted.linear > 0.0), "{wanted:?}");
     }
 
     /// It has made no progress for 10 s, three times its patience, and drives at this speed towards its target.

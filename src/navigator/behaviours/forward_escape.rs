@@ -20,8 +20,9 @@ const AIMED: f64 = 0.1;
 /// Clearance that is worth as much as a smaller turn of one radian, metres. The choice is then kept from tick to tick.
 const TURN_WEIGHT: f64 = 0.02;
 
-/// The next velocity of a turn and a straight motion that approach nothing; `None` where every heading is blocked.
-pub(super) fn motion(state: &State<'_>, behind: &Point) -> Option<Twist> {
+/// The next velocity of a turn and a straight motion that approach nothing, towards where the robot came from if it came from
+/// anywhere; `None` where every heading is blocked. A place behind a robot that has not moved is none: it would turn with the robot.
+pub(super) fn motion(state: &State<'_>, came_from: Option<Point>) -> Option<Twist> {
     let footprint = &state.robot.footprint;
     let pose = &state.now.pose;
     let reach_m = footprint.circumscribed_radius_m() + RANGE_M;
@@ -52,8 +53,8 @@ pub(super) fn motion(state: &State<'_>, behind: &Point) -> Option<Twist> {
         if !leaves_if_near(state, present_m, gap_m) {
             continue;
         }
-        let score =
-            gap_m - RETURN_WEIGHT * (behind - end.position()).norm() - TURN_WEIGHT * angle.abs();
+        let away_m = came_from.map_or(0.0, |place| (place - end.position()).norm());
+        let score = gap_m - RETURN_WEIGHT * away_m - TURN_WEIGHT * angle.abs();
         if best.is_none_or(|(most, _)| score > most) {
             best = Some((score, angle));
         }

@@ -117,8 +117,10 @@ impl Navigator {
         let unseen = (!can_reverse).then(|| {
             "the lidar does not see the space behind the robot, which it may not enter: navigator.may_enter_unseen is false".to_owned()
         });
+        let no_reverse = (state.robot.limits.min_vel_x >= 0.0)
+            .then(|| "the robot cannot reverse: robot.limits.min_vel_x is 0".to_owned());
         let why = |first: Option<String>| {
-            let causes = [people, unseen, dust].into_iter().flatten();
+            let causes = [people, unseen, no_reverse, dust].into_iter().flatten();
             first.into_iter().chain(causes).collect::<Vec<_>>().join("; ")
         };
         if self.stuck_ticks.is_blocked() {

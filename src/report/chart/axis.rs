@@ -27,6 +27,10 @@ pub(crate) struct Tick {
 /// Approximate number of ticks of a linear axis.
 const TARGET_TICKS: f64 = 6.0;
 
+/// Least and greatest number that a logarithmic axis shows.
+const SMALLEST: f64 = 1e-300;
+const LARGEST: f64 = 1e300;
+
 /// Decades above which a logarithmic axis labels only powers of ten.
 const MAX_LABELLED_DECADES: f64 = 2.7;
 
@@ -50,6 +54,8 @@ impl Axis {
 
     /// A logarithmic axis over a range above zero, widened to 1, 2 or 5 times a power of ten.
     pub(crate) fn logarithmic(low: f64, high: f64) -> Self {
+        // Beyond these powers of ten there is no next round number.
+        let [low, high] = [low, high].map(|end| end.clamp(SMALLEST, LARGEST));
         let low = round_number_below(low * (1.0 + 1e-9));
         let mut bound = low;
         while bound < high * (1.0 - 1e-9) || bound <= low {
@@ -135,6 +141,14 @@ fn round_number_above(number: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn logarithmic_axis_ends_for_all_numbers_above_zero() {
+        for (low, high) in [(5e-324, 1.0), (1.0, f64::MAX), (1e-310, 1e308)] {
+            let axis = Axis::logarithmic(low, high);
+            assert!(!axis.ticks().is_empty(), "{low} to {high}");
+        }
+    }
 
     fn labels(axis: &Axis) -> Vec<String> {
         axis.ticks().into_iter().map(|tick| tick.label).collect()

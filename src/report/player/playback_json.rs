@@ -34,10 +34,9 @@ pub(super) fn drive_json(mission: &Mission, config: &Config, view: &Viewport) ->
 /// Frames, and what they refer to.
 pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
     let frames = &part.frames[..];
-    let (scan, window) = (part.shape.scan.as_ref(), part.shape.window.as_ref());
     let paths: Vec<_> = part.paths.iter().map(|path| path_points(path, view)).collect();
     let modes = changes(part.first, frames.iter().map(|frame| frame.row.mode.name()));
-    let (beams, trajectories) = (part.shape.beams(), part.shape.trajectories());
+    let (beams, trajectories) = (part.shape.beams, part.shape.trajectories);
     let ranges = frames.iter().map(|frame| &frame.scan.ranges[..]);
     let windows = || frames.iter().map(|frame| frame.window.as_ref());
     let scores = windows().map(|window| window.map_or(&[][..], |window| &window.scores));
@@ -54,18 +53,8 @@ pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
         "modes": modes,
         "faults": part.events.as_ref().map(|(faults, _)| faults.list.json(part.shape.stride)),
         "protection": part.events.as_ref().map(|(_, protection)| protection.json(part.shape.stride)),
-        "lidar": {
-            "beams": beams,
-            "place": scan.map_or([0.0; 2], |scan| [scan.origin.x, scan.origin.y]),
-            "angle_min": scan.map_or(0.0, |scan| scan.angle_min),
-            "angle_increment": scan.map_or(0.0, |scan| scan.angle_increment),
-            "range_max": scan.map_or(0.0, |scan| scan.range_max),
-        },
-        "window": {
-            "columns": window.map_or(0, |window| window.columns),
-            "trajectories": trajectories,
-            "horizon_s": window.map_or(0.0, |window| window.horizon_s),
-        },
+        "beams": beams,
+        "trajectories": trajectories,
         "numbers": numbers(frames, view),
         "ranges": padded(ranges, beams, NO_MEASUREMENT),
         "scores": padded(scores, trajectories, NO_TRAJECTORY),
@@ -75,7 +64,7 @@ pub(super) fn part_json(part: &PlaybackPart, view: &Viewport) -> Value {
     })
 }
 
-/// The byte of a trajectory that a frame does not have. The script skips it.
+/// The byte of a trajectory that a frame does not have. The script does not read it.
 const NO_TRAJECTORY: u8 = 7;
 
 /// Tolerance of a simplified path, drawing units. The player draws it about twenty times larger than the map does.
@@ -114,7 +103,7 @@ fn numbers(frames: &[Frame], view: &Viewport) -> Value {
     let of_winner = |number: fn(&WinnerSi) -> f64| {
         move |frame: &Frame| winner(frame).as_ref().map_or(f64::NAN, number)
     };
-    let lists: [(&str, Series); 29] = [
+    let lists: [(&str, Series); 37] = [
         ("time", &|frame| frame.row.time_s),
         ("x", &|frame| at(&frame.row.pose.position(), 0)),
         ("y", &|frame| at(&frame.row.pose.position(), 1)),
@@ -130,6 +119,14 @@ fn numbers(frames: &[Frame], view: &Viewport) -> Value {
         ("samples", &|frame| f64::from(frame.row.samples)),
         ("admissible", &|frame| f64::from(frame.row.admissible)),
         ("plan", &|frame| frame.row.path as f64),
+        ("lidar_x", &|frame| frame.scan.origin.x),
+        ("lidar_y", &|frame| frame.scan.origin.y),
+        ("angle_min", &|frame| frame.scan.angle_min),
+        ("angle_increment", &|frame| frame.scan.angle_increment),
+        ("range_max", &|frame| frame.scan.range_max),
+        ("columns", &of_window(|window| window.columns as f64)),
+        ("rows", &of_window(|window| (window.scores.len() / window.columns.max(1)) as f64)),
+        ("horizon", &of_window(|window| window.horizon_s)),
         ("start_x", &|frame| at(&start(frame).position(), 0)),
         ("start_y", &|frame| at(&start(frame).position(), 1)),
         ("start_yaw", &|frame| start(frame).yaw),

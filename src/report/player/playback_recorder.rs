@@ -49,26 +49,22 @@ pub struct PlaybackRecorder {
 pub(super) struct Shape {
     /// Ticks for each recorded frame.
     pub(super) stride: usize,
-    /// The scan of the first frame.
-    pub(super) scan: Option<ThinnedScan>,
-    /// The first dynamic window.
-    pub(super) window: Option<Window>,
+    /// Most beams and trajectories of a frame so far. A frame may have fewer: a scan without a measurement has none, and near a
+    /// deadline the robot evaluates fewer samples.
+    pub(super) beams: usize,
+    pub(super) trajectories: usize,
 }
 
 impl Shape {
-    /// Beams of each frame.
-    pub(super) fn beams(&self) -> usize {
-        self.scan.as_ref().map_or(0, |scan| scan.ranges.len())
-    }
-
-    /// Trajectories of each frame.
-    pub(super) fn trajectories(&self) -> usize {
-        self.window.as_ref().map_or(0, |window| window.scores.len())
+    /// Makes room for a frame.
+    fn include(&mut self, scan: &ThinnedScan, window: Option<&Window>) {
+        self.beams = self.beams.max(scan.ranges.len());
+        self.trajectories = self.trajectories.max(window.map_or(0, |window| window.scores.len()));
     }
 
     /// Differs for shapes whose encoded frames do not fit together.
     pub(super) fn key(&self) -> String {
-        format!("{}-{}-{}", self.stride, self.beams(), self.trajectories())
+        format!("{}-{}-{}", self.stride, self.beams, self.trajectories)
     }
 }
 
@@ -138,7 +134,7 @@ impl Default for PlaybackRecorder {
             faults: FaultList::default(),
             protection: ProtectionEvents::default(),
             paths: Vec::new(),
-            shape: Shape { stride: 1, scan: None, window: None },
+            shape: Shape { stride: 1, beams: 0, trajectories: 0 },
             is_extra: false,
             ticks: 0,
         }
@@ -161,10 +157,7 @@ impl PlaybackRecorder {
         }
         self.is_extra = !tick.is_multiple_of(self.shape.stride);
         let frame = Frame::new(event);
-        self.shape.scan.get_or_insert_with(|| frame.scan.clone());
-        if self.shape.window.is_none() {
-            self.shape.window.clone_from(&frame.window);
-        }
+        self.shape.include(&frame.scan, frame.window.as_ref());
         self.frames.push(frame);
         let plans = event.navigator.plans().iter().skip(self.paths.len());
         self.paths.extend(plans.map(|plan| plan.smoothed.points().to_vec()));
@@ -266,10 +259,10 @@ impl ThinnedScan {
 
 /// The shortest of some ranges, in units of 1/253 of the longest possible.
 fn range_byte(beams: &[f64], range_max: f64) -> u8 {
-    let measured = beams.iter().copied().filter(|range| !range.is_nan());
+    let measured = beams.iter().copied().filter(|range| *range > 0.0);
     match measured.reduce(f64::min) {
         None => NO_MEASUREMENT,
-        Some(range) if range < range_max => (range / range_max * 253.0).round() as u8,
+        Some(range) if range <= range_max => (range / range_max * 253.0).round() as u8,
         Some(_) => NO_RETURN,
     }
 }
@@ -328,10 +321,11 @@ mod tests {
     fn range_byte_is_a_fraction_of_the_longest_range() {
         let no_return = f64::INFINITY;
         assert_eq!(range_byte(&[5.0, 2.0, f64::NAN], 10.0), 51);
-        assert_eq!(range_byte(&[0.0], 10.0), 0);
-        assert_eq!(range_byte(&[9.999], 10.0), 253);
-        assert_eq!(range_byte(&[no_return, 10.0], 10.0), NO_RETURN);
-        assert_eq!(range_byte(&[f64::NAN], 10.0), NO_MEASUREMENT);
+        assert_eq!(range_byte(&[0.001], 10.0), 0);
+        assert_eq!(range_byte(&[0.0, -1.0, 2.0], 10.0), 51);
+        assert_eq!(range_byte(&[no_return, 10.0], 10.0), 253);
+        assert_eq!(range_byte(&[no_return, 10.1], 10.0), NO_RETURN);
+        assert_eq!(range_byte(&[f64::NAN, 0.0, -1.0], 10.0), NO_MEASUREMENT);
     }
 
     #[test]
@@ -358,6 +352,27 @@ mod tests {
         assert_eq!(bytes([2.0, 2.0]), [255, 255]);
         let statuses = [SampleStatus::Collision, SampleStatus::CannotStop, SampleStatus::Outside];
         assert!(statuses.map(status_byte).iter().all(|byte| *byte < MIN_SCORE));
+    }
+
+    /// The first scan has no beam, and the last frame fewer trajectories.
+    #[test]
+    fn shape_has_room_for_the_largest_frame() {
+        let window = |count: usize| Window {
+            start: Pose::default(),
+            horizon_s: 1.0,
+            ends: [Twist::STOP; 2],
+            columns: 1,
+            scores: vec![MIN_SCORE; count],
+            winner: None,
+            paths: Vec::new(),
+            predicted: Vec::new(),
+        };
+        let mut shape = PlaybackRecorder::default().shape;
+        for (beams, trajectories) in [(0, 55), (120, 40)] {
+            let scan = ThinnedScan { ranges: vec![0; beams], ..ThinnedScan::default() };
+            shape.include(&scan, Some(&window(trajectories)));
+        }
+        assert_eq!((shape.beams, shape.trajectories), (120, 55));
     }
 
     #[test]

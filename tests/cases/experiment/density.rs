@@ -207,7 +207,7 @@ fn crossover_text_names_samples_and_cpu_engine() {
     );
     assert_eq!(
         text(None, cpu),
-        "NVIDIA H200: never faster than the CPU up to 65536 samples (there CPU, 1 thread, AVX2)"
+        "NVIDIA H200: not faster than the CPU at 65536 samples (there CPU, 1 thread, AVX2)"
     );
     assert!(text(None, None).contains("no number of samples"));
 }

@@ -262,7 +262,8 @@ fn from_rows_rejects_bad_cells_with_row_and_column() {
         (vec!["...", "..o"], "row 2, column 3: 'o'"),
         (vec!["..", "..."], "row 2 has 3 cells where row 1 has 2"),
         (vec![], "holds no cell"),
-        (vec!["", "."], "holds no cell"),
+        (vec!["", ""], "holds no cell"),
+        (vec!["", "."], "row 2 has 1 cells where row 1 has 0"),
         (vec!["é."], "row 1, column 1: 'é'"),
     ] {
         let refused = OccupancyGrid::from_rows(&rows, 1.0, origin).unwrap_err();

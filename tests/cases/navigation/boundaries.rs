@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use inbye::geometry::{Point, Pose, Twist};
+use inbye::geometry::{Point, Pose, Twist, bearing};
 use inbye::global::{self, Path, Plan, PlanError};
 use inbye::local::{ClearanceField, CpuEngine, LocalPlanner, LocalSettings};
 use inbye::map::{GridFrame, MovingDisc, ObstacleGrid, OccupancyGrid, Scan};
@@ -11,7 +11,7 @@ use inbye::navigator::{
     NavigatorSettings, RobotModel, RoutePlanner, Waypoints,
 };
 use inbye::robot::{Footprint, Limits};
-use inbye::runtime::{Config, Mission};
+use inbye::runtime::{Config, Decider, Mission, Observer};
 use inbye::sim::{Episode, Simulation};
 
 const START: Point = Point { x: 2.0, y: 2.0 };
@@ -219,6 +219,40 @@ impl Controller for Straight {
     fn reset(&mut self) {}
 }
 
+/// Drives at full speed.
+struct FullSpeed;
+
+impl Controller for FullSpeed {
+    fn name(&self) -> &'static str {
+        "full speed"
+    }
+
+    fn set_plan(&mut self, _path: &Path) {}
+
+    fn compute_velocity(&mut self, input: &ControllerInput<'_>) -> ControllerReply {
+        Ok(Twist::new(input.limits.max_vel_x, 0.0))
+    }
+
+    fn reset(&mut self) {}
+}
+
+/// It passes the goal within the tolerance, and brakes there.
+#[test]
+fn robot_that_stands_beyond_the_tolerance_has_not_reached_its_goal() {
+    let map = OccupancyGrid::new(*ground().frame(), vec![0; ground().frame().len()]);
+    let start = Pose::new(START.x, START.y, bearing(&START, &GOAL));
+    let mission =
+        Mission { time_limit_s: 6.0, ..Mission::new(Arc::new(map), start, Goal::at(GOAL)) };
+    for (braking, expected) in [(-0.6, false), (-3.0, true)] {
+        let mut config = Config::default();
+        config.robot.limits.decel_lim_x = braking;
+        let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
+        let decider = Decider::Controller(Box::new(FullSpeed));
+        let result = Simulation::new(mission.clone()).run(&config, decider, &mut observer);
+        assert_eq!(result.expect("a drive").reached, expected, "braking with {braking} m/s^2");
+    }
+}
+
 #[test]
 fn controller_can_be_tested_without_a_navigator() {
     let (limits, footprint) = (Limits::default(), Footprint::round(0.3).expect("a radius"));
@@ -235,7 +269,6 @@ fn controller_can_be_tested_without_a_navigator() {
 #[test]
 fn recording_of_a_controller_needs_its_name() {
     use inbye::recording::{BackpressurePolicy, DriveMetadata, Recorder};
-    use inbye::runtime::{Decider, Observer};
 
     let map = OccupancyGrid::new(*ground().frame(), vec![0; ground().frame().len()]);
     let start = Pose::new(START.x, START.y, 0.0);

@@ -51,7 +51,7 @@ fn mission(scene: &Scene) -> Vec<Point> {
 }
 
 fn spawned(scene: &Scene, spawner: &PedestrianSpawner) -> MovingObstacles {
-    let ends = [scene.start.position(), scene.goal];
+    let ends = [scene.start.position(), scene.goal].map(|end| (end, ROBOT_RADIUS_M));
     spawner.spawn(&ground(scene), &mission(scene), &ends).expect("room for all")
 }
 

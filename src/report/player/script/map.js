@@ -83,8 +83,8 @@ function createMap(canvas, playback, mapImage, isShown) {
   }
 
   function drawLidar(context, pixel, frame, colours) {
-    const { beams, place, angle_min, angle_increment, range_max } = playback.lidar;
-    const yaw = data.yaw[frame], [ahead, left] = place.map((distance) => distance * playback.scale);
+    const { beams } = playback, yaw = data.yaw[frame];
+    const ahead = data.lidar_x[frame] * playback.scale, left = data.lidar_y[frame] * playback.scale;
     const x = data.x[frame] + ahead * Math.cos(yaw) - left * Math.sin(yaw);
     const y = data.y[frame] - ahead * Math.sin(yaw) - left * Math.cos(yaw);
     context.fillStyle = colours.bad;
@@ -93,7 +93,8 @@ function createMap(canvas, playback, mapImage, isShown) {
     for (let beam = 0; beam < beams; beam++) {
       const range = playback.ranges[frame * beams + beam];
       if (range >= 254) continue;
-      const distance = range / 253 * range_max * playback.scale, angle = yaw + angle_min + beam * angle_increment;
+      const distance = range / 253 * data.range_max[frame] * playback.scale;
+      const angle = yaw + data.angle_min[frame] + beam * data.angle_increment[frame];
       context.fillRect(x + distance * Math.cos(angle) - dot / 2, y - distance * Math.sin(angle) - dot / 2, dot, dot);
     }
   }
@@ -102,7 +103,7 @@ function createMap(canvas, playback, mapImage, isShown) {
   function drawPredicted(context, frame, colours) {
     for (const [x, y, radius, vx, vy] of playback.predicted[frame]) {
       for (let part = 0; part <= 4; part++) {
-        const time = part / 4 * playback.window.horizon_s;
+        const time = part / 4 * data.horizon[frame];
         drawDisc(context, x + vx * time, y + vy * time, radius, colours.moving, 0.22 - 0.035 * part);
       }
     }
@@ -113,7 +114,7 @@ function createMap(canvas, playback, mapImage, isShown) {
     const points = [], parts = 24;
     const [x, y, yaw] = [data.start_x[frame], data.start_y[frame], data.start_yaw[frame]];
     for (let part = 0; part <= parts; part++) {
-      const time = part / parts * playback.window.horizon_s, half = omega * time / 2;
+      const time = part / parts * data.horizon[frame], half = omega * time / 2;
       const chord = v * time * (Math.abs(half) < 1e-4 ? 1 : Math.sin(half) / half) * playback.scale;
       points.push([x + chord * Math.cos(yaw + half), y - chord * Math.sin(yaw + half)]);
     }
@@ -123,12 +124,12 @@ function createMap(canvas, playback, mapImage, isShown) {
   // The samples and, above them, the chosen one.
   function drawSamples(context, pixel, frame, colours) {
     if (Number.isNaN(data.start_x[frame])) return;
-    const { trajectories, columns } = playback.window, rows = trajectories / columns;
+    const { trajectories } = playback, columns = data.columns[frame], rows = data.rows[frame];
     const between = (low, high, index, count) => count > 1 ? low + (high - low) * index / (count - 1) : low;
     context.lineWidth = 1.4 * pixel;
     // The best ones are drawn last, above the others.
     const scoreOf = (index) => playback.scores[frame * trajectories + index];
-    const order = Array.from({ length: trajectories }, (_, index) => index).filter((index) => scoreOf(index) !== 7);
+    const order = Array.from({ length: columns * rows }, (_, index) => index);
     order.sort((one, other) => scoreOf(one) - scoreOf(other));
     for (const index of order) {
       const score = scoreOf(index), isRejected = score < 8;
@@ -143,7 +144,7 @@ function createMap(canvas, playback, mapImage, isShown) {
     if (Number.isNaN(data.v[frame]) || !isShown("chosen")) return;
     context.strokeStyle = colours.command;
     context.lineWidth = 3.5 * pixel;
-    const chosen = playback.sampled[frame][trajectories];
+    const chosen = playback.sampled[frame][columns * rows];
     drawLine(context, chosen ?? trajectory(frame, data.v[frame], data.omega[frame]));
   }
 

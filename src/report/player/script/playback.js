@@ -33,14 +33,14 @@ function readPlayback(figure) {
 
   // Replaces all frames from the first of a part on by its frames.
   function append(part) {
-    const { first, lidar, window } = part;
+    const { first, beams, trajectories } = part;
     for (const [name, text] of Object.entries(part.numbers)) data[name] = joined(data[name] ?? new Float32Array(), first, floats(text));
-    playback.ranges = joined(playback.ranges, first * lidar.beams, bytes(part.ranges));
-    playback.scores = joined(playback.scores, first * window.trajectories, bytes(part.scores));
+    playback.ranges = joined(playback.ranges, first * beams, bytes(part.ranges));
+    playback.scores = joined(playback.scores, first * trajectories, bytes(part.scores));
     for (const name of ["moving", "predicted"]) playback[name].splice(first, Infinity, ...discLists(part[name]));
     playback.sampled.splice(first, Infinity, ...part.sampled);
     const { shape, events, paths } = part;
-    Object.assign(playback, { lidar, window, shape, events, paths, lastFrame: data.time.length - 1 });
+    Object.assign(playback, { beams, trajectories, shape, events, paths, lastFrame: data.time.length - 1 });
     playback.modes = [...playback.modes.filter(([from]) => from < first), ...part.modes];
     if (part.faults) Object.assign(playback, { faults: part.faults, protection: part.protection });
   }
