@@ -119,7 +119,7 @@ impl Path {
             if from_m > end {
                 break;
             }
-            if to_m <= from_m {
+            if to_m.is_nan() || to_m <= from_m {
                 // The arc lengths of two close points are equal; both are ends of longer segments.
                 continue;
             }

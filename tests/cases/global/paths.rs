@@ -156,6 +156,17 @@ fn is_on_border(frame: &GridFrame, point: &Point) -> bool {
 }
 
 /// Checks that the comparison above detects a collision.
+/// A planner of a user may return such points; the navigator refuses them.
+#[test]
+fn projection_on_points_that_are_not_finite_does_not_panic() {
+    for bad in [f64::NAN, f64::INFINITY] {
+        let path = Path::new([0.0, bad, 2.0].map(|x| Point::new(x, 0.0)).to_vec());
+        let place = Point::new(1.0, 1.0);
+        let projections = [path.project(&place), path.project_within(&place, bad..bad)];
+        assert!(projections.iter().all(|found| found.arc_m == 0.0), "{projections:?}");
+    }
+}
+
 #[test]
 fn clearance_check_detects_an_obstacle_on_a_path() {
     let mut random = Pcg64Mcg::seed_from_u64(22);
