@@ -74,6 +74,16 @@ impl<'a> BodyMoves<'a> {
         Cell::new(cell.column + dx, cell.row + dy)
     }
 
+    /// The cells next to the line of the move ahead, each one a neighbour of the one before it.
+    pub fn cells_ahead(cell: Cell, heading: usize) -> impl Iterator<Item = Cell> {
+        let (dx, dy) = AHEAD[heading];
+        let steps = dx.abs().max(dy.abs());
+        let at = move |whole: i32, step: i32| {
+            (f64::from(whole * step) / f64::from(steps)).round() as i32
+        };
+        (1..=steps).map(move |step| Cell::new(cell.column + at(dx, step), cell.row + at(dy, step)))
+    }
+
     /// Cost of the move ahead to a cell of the grid.
     pub fn ahead_cost(&self, next: Cell, heading: usize) -> u64 {
         let (dx, dy) = AHEAD[heading];

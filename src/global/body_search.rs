@@ -8,9 +8,7 @@ use super::{BodySpace, ClearanceCosts, Path, STRAIGHT};
 use crate::geometry::Point;
 use crate::map::Cell;
 
-/// From a cell with any heading to another one, the body takes only each fourth move ahead: to the eight neighbours. In open ground
-/// these reach all cells that the longer moves do, at a quarter of the time. Between two such cells a longer move may cross a line of
-/// cells without any heading; this rare way is left out where no neighbour leads across.
+/// In open ground the body takes only each fourth move ahead: to the eight neighbours. These reach all cells that the longer moves do.
 const NEIGHBOUR_HEADINGS: usize = 4;
 
 /// A search by A*. A cell in which the body may have any heading is one state, so the memory and time for open ground are those of a
@@ -70,7 +68,8 @@ impl<'a> BodySearch<'a> {
         if self.has_any_heading(cell) {
             for heading in 0..HEADINGS {
                 let is_needed = heading.is_multiple_of(NEIGHBOUR_HEADINGS)
-                    || !self.has_any_heading(BodyMoves::ahead(cell, heading));
+                    || !BodyMoves::cells_ahead(cell, heading)
+                        .all(|cell| self.has_any_heading(cell));
                 if is_needed {
                     self.drive(state, heading, cost);
                 }
