@@ -24,5 +24,6 @@ mod cases {
         mod surroundings;
         mod tracking;
         mod two_roadways;
+        mod ways_around;
     }
 }

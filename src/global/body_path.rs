@@ -1,34 +1,15 @@
 //! Paths for a body that is longer than wide. Where its circumscribed circle does not fit, the state of the search includes the
 //! heading.
 
-use core::cmp::Reverse;
 use core::f64::consts::TAU;
-use core::iter::{once, successors};
-use std::collections::BinaryHeap;
+use core::iter::once;
 
+use super::body_moves::{BodyMoves, HEADINGS, States};
+use super::body_search::BodySearch;
 use super::{ClearanceCosts, Path, STRAIGHT};
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::map::{Cell, FreeSpace, GridFrame};
 
-/// Moves ahead at each heading, cells. The headings are those of the moves; each quarter turn repeats the first eight.
-const AHEAD: [(i32, i32); 32] = {
-    let mut moves = [(0, 0); 32];
-    let first = [(1, 0), (4, 1), (2, 1), (4, 3), (1, 1), (3, 4), (1, 2), (1, 4)];
-    let mut heading = 0;
-    while heading < moves.len() {
-        moves[heading] = if heading < first.len() {
-            first[heading]
-        } else {
-            let (dx, dy) = moves[heading - first.len()];
-            (-dy, dx)
-        };
-        heading += 1;
-    }
-    moves
-};
-const HEADINGS: usize = AHEAD.len();
-/// A turn to the next heading costs as much as this distance, metres.
-const TURN_M: f64 = 0.05;
 /// The search with headings stays this close to the path of the discs, metres.
 const REACH_M: f64 = 1.5;
 /// Most cells of that search: a path of 200 m over cells of 5 cm has as many. It takes 400 bytes for each.
@@ -53,22 +34,24 @@ pub struct BodySpace<'a> {
 }
 
 impl BodySpace<'_> {
-    fn has_any_heading(&self, place: &Point) -> bool {
+    pub(super) fn has_any_heading(&self, place: &Point) -> bool {
         self.wide.frame().cell_of(place).is_some_and(|cell| self.wide.is_free(cell))
     }
 
     /// Whether the body fits at a place with a heading.
-    fn fits_at(&self, place: &Point, yaw: f64) -> bool {
-        let pose = Pose::new(place.x, place.y, yaw);
+    pub(super) fn fits_at(&self, place: &Point, yaw: f64) -> bool {
+        if self.has_any_heading(place) {
+            return true;
+        }
+        let pose = Pose::new(place.x, place.y, yaw).to_frame();
         let frame = self.narrow.frame();
-        self.has_any_heading(place)
-            || self.discs.iter().all(|center| {
-                let center = pose.transform(center);
-                frame.cell_of(&center).is_some_and(|cell| {
-                    self.whole.is_free(cell)
-                        || self.narrow.is_free(cell) && self.narrow.is_clear(&center, self.radius_m)
-                })
+        self.discs.iter().all(|center| {
+            let center = pose.transform(center);
+            frame.cell_of(&center).is_some_and(|cell| {
+                self.whole.is_free(cell)
+                    || self.narrow.is_free(cell) && self.narrow.is_clear(&center, self.radius_m)
             })
+        })
     }
 
     /// Whether the body fits at a place with some heading.
@@ -78,14 +61,14 @@ impl BodySpace<'_> {
     }
 
     /// Whether the body fits on a straight way along which it heads.
-    fn fits_ahead(&self, from: &Point, to: &Point, yaw: f64) -> bool {
+    pub(super) fn fits_ahead(&self, from: &Point, to: &Point, yaw: f64) -> bool {
         let steps = ((to - from).norm() / STEP_M).ceil().max(1.0);
         let at = |step: u32| from + (to - from) * (f64::from(step) / steps);
         (0..=steps as u32).all(|step| self.fits_at(&at(step), yaw))
     }
 
     /// Whether the body fits while it turns on the spot.
-    fn fits_turning(&self, place: &Point, from_yaw: f64, to_yaw: f64) -> bool {
+    pub(super) fn fits_turning(&self, place: &Point, from_yaw: f64, to_yaw: f64) -> bool {
         let turn = wrap_angle(to_yaw - from_yaw);
         let steps = (turn.abs() / STEP_RAD).ceil().max(1.0);
         let at = |step: u32| from_yaw + turn * f64::from(step) / steps;
@@ -111,50 +94,65 @@ impl BodySpace<'_> {
     pub fn path_near(&self, guide: &Path, costs: &ClearanceCosts) -> Option<Path> {
         let (first, last) = (guide.points().first()?, guide.points().last()?);
         let strip = Strip::along(guide, self.narrow)?;
+        let moves = BodyMoves::new(self, costs);
         let frame = *self.narrow.frame();
-        let yaws =
-            AHEAD.map(|(dx, dy)| libm::atan2(f64::from(dy), f64::from(dx)) + frame.origin.yaw);
         let goal = strip.place_of(frame.cell_of(last)?)?;
         let start = strip.place_of(frame.cell_of(first)?)?;
         let mut states = States::new(strip.cells.len() * HEADINGS);
-        let center = |place: usize| frame.center_of(strip.cells[place]);
-        for (heading, &yaw) in yaws.iter().enumerate() {
-            if self.fits_at(&center(start), yaw) {
-                states.reach(start * HEADINGS + heading, 0, strip.left[start], None);
-            }
+        for heading in moves.fitting(strip.cells[start]) {
+            states.reach(start * HEADINGS + heading, 0, strip.left[start], None);
         }
-        let turn = (TURN_M / frame.resolution_m * STRAIGHT as f64) as u64;
         while let Some((state, cost)) = states.next() {
             let (place, heading) = (state / HEADINGS, state % HEADINGS);
             if place == goal {
-                let mut places: Vec<usize> =
-                    states.turns_before(state).map(|state| state / HEADINGS).collect();
+                let turned = |state: &usize| {
+                    states
+                        .before(*state)
+                        .is_some_and(|before| before / HEADINGS == state / HEADINGS)
+                };
+                let turned = states.trace_back(state).filter(turned);
+                let mut places: Vec<usize> = turned.map(|state| state / HEADINGS).collect();
                 places.dedup();
-                let corners = places.into_iter().rev().map(center);
+                let corners = places.into_iter().rev();
+                let corners = corners.map(|place| frame.center_of(strip.cells[place]));
                 let points: Vec<Point> = once(*first).chain(corners).chain(once(*last)).collect();
                 return Some(Path::new(self.shortened(&points)));
             }
-            let (from, yaw) = (center(place), yaws[heading]);
-            let price = |place: usize, cost| costs.price(frame.index(strip.cells[place]), cost);
-            for next in [(heading + 1) % HEADINGS, (heading + HEADINGS - 1) % HEADINGS] {
+            let cell = strip.cells[place];
+            for next in BodyMoves::turns(heading) {
                 let next_state = place * HEADINGS + next;
-                let cost = cost + price(place, turn);
-                if states.is_better(next_state, cost) && self.fits_turning(&from, yaw, yaws[next]) {
+                let cost = cost + moves.turn_cost(cell);
+                if states.is_better(next_state, cost) && moves.fits_turning(cell, heading, next) {
                     states.reach(next_state, cost, strip.left[place], Some(state));
                 }
             }
-            let (dx, dy) = AHEAD[heading];
-            let Cell { column, row } = strip.cells[place];
-            let Some(next) = strip.place_of(Cell::new(column + dx, row + dy)) else {
+            let next_cell = BodyMoves::ahead(cell, heading);
+            let Some(next) = strip.place_of(next_cell) else {
                 continue;
             };
-            let length = f64::from(dx * dx + dy * dy).sqrt() * STRAIGHT as f64;
-            let (next_state, cost) = (next * HEADINGS + heading, cost + price(next, length as u64));
-            if states.is_better(next_state, cost) && self.fits_ahead(&from, &center(next), yaw) {
+            let next_state = next * HEADINGS + heading;
+            let cost = cost + moves.ahead_cost(next_cell, heading);
+            if states.is_better(next_state, cost) && moves.fits_ahead(cell, heading) {
                 states.reach(next_state, cost, strip.left[next], Some(state));
             }
         }
         None
+    }
+
+    /// A path on which the body fits, wherever on the map it leads. Where there is none: the centre of the cell nearest to the goal that
+    /// the body reaches; `None` where it fits nowhere at the start.
+    ///
+    /// # Errors
+    /// When the search with headings over the whole map finds no path.
+    pub fn path_anywhere(
+        &self,
+        [start, goal]: [Point; 2],
+        costs: &ClearanceCosts,
+    ) -> Result<Path, Option<Point>> {
+        let guide = BodySearch::new(self, costs).path(&start, &goal)?;
+        // The search does not count the turns where the body has any heading. The one near its path does.
+        let near = self.path_near(&guide, costs);
+        Ok(near.unwrap_or_else(|| Path::new(self.shortened(guide.points()))))
     }
 
     /// Leaves out points between which the body fits on the straight way.
@@ -220,51 +218,5 @@ impl Strip {
             return None;
         }
         (self.places[self.frame.index(cell)] as usize).checked_sub(1)
-    }
-}
-
-/// Costs and predecessors of the states of the search.
-struct States {
-    costs: Vec<u64>,
-    /// The state before each one, plus one; zero for the first.
-    before: Vec<u32>,
-    open: BinaryHeap<Reverse<(u64, u64, u32)>>,
-}
-
-impl States {
-    fn new(count: usize) -> Self {
-        Self { costs: vec![u64::MAX; count], before: vec![0; count], open: BinaryHeap::new() }
-    }
-
-    fn is_better(&self, state: usize, cost: u64) -> bool {
-        cost < self.costs[state]
-    }
-
-    fn reach(&mut self, state: usize, cost: u64, left: u64, before: Option<usize>) {
-        self.costs[state] = cost;
-        self.before[state] = before.map_or(0, |before| before as u32 + 1);
-        self.open.push(Reverse((cost + left, cost, state as u32)));
-    }
-
-    /// The open state with the least estimate, and its cost.
-    fn next(&mut self) -> Option<(usize, u64)> {
-        while let Some(Reverse((_, cost, state))) = self.open.pop() {
-            if self.costs[state as usize] == cost {
-                return Some((state as usize, cost));
-            }
-        }
-        None
-    }
-
-    fn before(&self, state: usize) -> Option<usize> {
-        (self.before[state] as usize).checked_sub(1)
-    }
-
-    /// The states before one, from it on backwards, to which a turn leads.
-    fn turns_before(&self, state: usize) -> impl Iterator<Item = usize> + '_ {
-        let turns_to = |state: &usize| {
-            self.before(*state).is_some_and(|before| before / HEADINGS == state / HEADINGS)
-        };
-        successors(Some(state), |&state| self.before(state)).filter(turns_to)
     }
 }

@@ -1,6 +1,8 @@
 //! Global path planning on a grid: search, pruning and smoothing (paper, section 3).
 
+mod body_moves;
 mod body_path;
+mod body_search;
 mod bspline;
 mod clearance_cost;
 mod curvature;

@@ -78,6 +78,13 @@ impl Plan {
             time_s: StageTimes::default(),
         }
     }
+
+    /// This plan with another path, which all stages are; effort and distance from obstacles remain.
+    #[must_use]
+    pub(crate) fn along(self, path: Path) -> Self {
+        let (expanded, time_s) = (self.expanded, self.time_s);
+        Self { expanded, time_s, ..Self::of_path(path, self.radius_m) }
+    }
 }
 
 /// Plans a path from start to goal, metres in the map frame. The searcher provides reusable memory and does not affect the

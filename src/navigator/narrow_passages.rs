@@ -37,8 +37,7 @@ impl NarrowPassages {
         let margin_m =
             settings.safety_margin_m + LOOKUP_CELLS * resolution_m.min(NARROW_FIELD_CELL_M);
         let radius_m = footprint.max_disc_radius_m() + margin_m;
-        let center = |disc: &Disc| Point::new(disc.x, disc.y);
-        let discs = footprint.discs().iter().map(center).collect();
+        let discs = centers_of_equal_discs(footprint.discs(), footprint.max_disc_radius_m());
         (settings.features.narrow_passages && radius_m + LEAST_GAIN_M < least_radius_m)
             .then_some(Self { discs, radius_m, least_radius_m })
     }
@@ -59,5 +58,53 @@ impl NarrowPassages {
             spaces.iter_mut().for_each(|space| space.intersect(&apart));
         }
         spaces
+    }
+}
+
+/// Centres of discs of this radius, metres, that contain given discs of at most this radius. A smaller disc at one side gives a larger
+/// one nearer to the middle, so that this stands out to the side as little as possible.
+fn centers_of_equal_discs(discs: &[Disc], radius_m: f64) -> Vec<Point> {
+    let side_m = |sign: f64| {
+        let reach = |disc: &Disc| sign * disc.y + disc.radius;
+        sign * discs.iter().map(reach).fold(f64::NEG_INFINITY, f64::max)
+    };
+    let middle = 0.5 * (side_m(1.0) + side_m(-1.0));
+    let center = |disc: &Disc| {
+        let (aside, room_m) = (disc.y - middle, radius_m - disc.radius);
+        Point::new(disc.x, disc.y - aside.clamp(-room_m, room_m))
+    };
+    discs.iter().map(center).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::robot::Polygon;
+
+    fn passages(corners: &[(f64, f64)]) -> NarrowPassages {
+        let corners = corners.iter().map(|&(x, y)| Point::new(x, y)).collect();
+        let footprint = Footprint::covering(Polygon::new(corners).expect("a polygon"));
+        NarrowPassages::new(&footprint, &NavigatorSettings::default(), 0.05, 1.0).expect("slim")
+    }
+
+    /// A robot inside another one passes wherever the other one passes.
+    #[test]
+    fn body_without_a_corner_needs_no_more_room_to_its_sides_than_with_it() {
+        let side_m = |passages: &NarrowPassages| {
+            let aside_m = passages.discs.iter().map(|center| center.y.abs()).fold(0.0, f64::max);
+            aside_m + passages.radius_m
+        };
+        let whole =
+            side_m(&passages(&[(0.35, 0.25), (0.35, -0.25), (-0.35, -0.25), (-0.35, 0.25)]));
+        // The front right corner is cut off along two lines, along one, and along one that leaves a thin front.
+        for front in [
+            &[(0.35, 0.25), (0.35, 0.15), (0.1, 0.15), (0.1, -0.25)][..],
+            &[(0.35, 0.25), (0.35, 0.0), (0.1, -0.25)],
+            &[(0.35, 0.25), (0.35, 0.2), (-0.2, -0.25)],
+        ] {
+            let corners = [front, &[(-0.35, -0.25), (-0.35, 0.25)]].concat();
+            let cut = side_m(&passages(&corners));
+            assert!(cut <= whole + 1e-4, "{corners:?}: {cut} m, not {whole} m");
+        }
     }
 }

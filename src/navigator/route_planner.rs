@@ -199,26 +199,29 @@ impl RoutePlanner {
             ) => f64::INFINITY,
             Err(_) => straight_m,
         };
-        let is_far = length_m > self.comfort_detour * straight_m;
+        let detour = self.comfort_detour;
+        let is_far = length_m > detour * straight_m;
         let Some(ground) = is_far.then(|| self.narrow_terrain(task)).flatten() else {
             return usual.or_else(|error| self.squeezed(task, error));
         };
-        let narrow = self.narrow(task, &ground);
-        let is_better = |plan: &Plan| self.comfort_detour * plan.smoothed.length_m() < length_m;
-        match narrow.filter(is_better) {
-            Some(plan) => Ok(plan),
-            None => usual
-                .or_else(|error| self.squeezed(task, error))
-                .map_err(|error| self.with_narrow_passages(task, &ground, error)),
-        }
+        let is_better = |plan: &Plan| detour * plan.smoothed.length_m() < length_m;
+        let nearest = match self.narrow(task, &ground) {
+            Ok(plan) if is_better(&plan) => return Ok(plan),
+            Ok(_) => None,
+            Err(nearest) => nearest,
+        };
+        usual
+            .or_else(|error| self.squeezed(task, error))
+            .map_err(|error| self.with_narrow_passages(task, &ground, nearest, error))
     }
 
     /// The error of a search without narrow passages, as it is with them: start or goal may be in such a passage, and the reachable
-    /// point nearest to the goal beyond some.
+    /// point nearest to the goal beyond some. `reached` is that point, where the search for the body has found it.
     fn with_narrow_passages(
         &mut self,
         task: &mut Task<'_>,
         ground: &NarrowTerrain,
+        reached: Option<Point>,
         error: PlanError,
     ) -> PlanError {
         let (Terrain { obstacles, least, .. }, space) = (task.terrain, &ground.space);
@@ -233,20 +236,23 @@ impl RoutePlanner {
             },
             _ => return error,
         };
-        let from = frame.cell_of(&self.free_start(obstacles, space, start));
-        let beyond = from
-            .and_then(|from| nearest_reachable_within(space, least, from, &goal))
-            .map(|cell| frame.center_of(cell))
-            .filter(|place| {
-                nearest.is_none_or(|nearest| (goal - *place).norm() < (goal - nearest).norm())
-            })
+        let from_goal = |place: &Point| (goal - *place).norm();
+        // Where not even the discs reach the goal, the search for the body has not run: a place that the discs reach may do.
+        let by_discs = || {
+            let from = frame.cell_of(&self.free_start(obstacles, space, start))?;
+            let cell = nearest_reachable_within(space, least, from, &goal)?;
+            Some(frame.center_of(cell))
+        };
+        let beyond = reached
+            .or_else(by_discs)
+            .filter(|place| nearest.is_none_or(|nearest| from_goal(place) < from_goal(&nearest)))
             .filter(|place| {
                 let (terrain, transient) = (task.terrain, task.transient);
                 let task =
                     &mut Task { goal: *place, clock: &mut *task.clock, start, terrain, transient };
                 // The usual search has just found nothing nearer.
                 let is_usual = nearest.is_none() && self.plan_on(task).is_ok();
-                is_usual || self.narrow(task, ground).is_some()
+                is_usual || self.narrow(task, ground).is_ok()
             });
         let (nearest, turning_m) = (beyond.or(nearest), self.least_radius_m);
         if let PlanError::GoalOccupied { place, .. } = error {
@@ -271,19 +277,58 @@ impl RoutePlanner {
         }
     }
 
-    /// A path through narrow passages on which the robot fits. A robot that stands where its body cannot turn may also begin at the
-    /// nearest place where it can, as on other paths.
-    fn narrow(&mut self, task: &mut Task<'_>, ground: &NarrowTerrain) -> Option<Plan> {
-        let Terrain { obstacles, least, .. } = task.terrain;
-        let (body, costs) = (&ground.body(least), &ground.costs);
-        let start = self.free_start(obstacles, &ground.space, task.start);
-        let turning = self.free_start(obstacles, least, task.start);
-        self.narrow_from(start, task, body, costs).or_else(|| {
-            (turning != start).then(|| self.narrow_from(turning, task, body, costs)).flatten()
-        })
+    /// A path through narrow passages on which the robot fits. Without one: the reachable point nearest to the goal, where a search
+    /// for the body has found it.
+    fn narrow(
+        &mut self,
+        task: &mut Task<'_>,
+        ground: &NarrowTerrain,
+    ) -> Result<Plan, Option<Point>> {
+        let (body, costs) = (&ground.body(&task.terrain.least), &ground.costs);
+        let mut of_discs = Vec::new();
+        for start in self.narrow_starts(task, ground) {
+            let Some(plan) = self.discs_plan(start, task, body, costs) else { continue };
+            if body.fits_along(plan.smoothed.points()) {
+                return Ok(plan);
+            }
+            let near = body.path_near(&plan.raw, costs);
+            if let Some(path) = near.filter(|path| body.fits_along(path.points())) {
+                return Ok(plan.along(path));
+            }
+            of_discs.push((start, plan));
+        }
+        // The discs pass where the body cannot head along its way. The body may fit on another way, far from that of the discs.
+        let from_goal = |place: &Point| (task.goal - *place).norm();
+        let mut nearest = None;
+        for (start, plan) in of_discs {
+            match body.path_anywhere([start, task.goal], costs) {
+                Ok(path) if body.fits_along(path.points()) => return Ok(plan.along(path)),
+                Ok(_) => {}
+                Err(reached) => {
+                    let places = nearest.into_iter().chain(reached);
+                    nearest =
+                        places.min_by(|one, other| from_goal(one).total_cmp(&from_goal(other)));
+                }
+            }
+        }
+        Err(nearest)
     }
 
-    fn narrow_from(
+    /// The places at which a path through narrow passages may begin. A robot that stands where its body cannot turn may also begin at
+    /// the nearest place where it can, as on other paths.
+    fn narrow_starts(
+        &self,
+        task: &Task<'_>,
+        ground: &NarrowTerrain,
+    ) -> impl Iterator<Item = Point> + use<> {
+        let Terrain { obstacles, least, .. } = task.terrain;
+        let start = self.free_start(obstacles, &ground.space, task.start);
+        let turning = self.free_start(obstacles, least, task.start);
+        core::iter::once(start).chain((turning != start).then_some(turning))
+    }
+
+    /// The path of the discs of a body that has any heading.
+    fn discs_plan(
         &mut self,
         start: Point,
         task: &mut Task<'_>,
@@ -295,14 +340,7 @@ impl RoutePlanner {
         let settings = global::Settings { search: SearchMethod::AStar, ..self.settings.clone() };
         let plan =
             global::plan(&mut self.searcher, &ground, start, task.goal, &settings, task.clock);
-        let plan = Plan { radius_m: body.radius_m, ..plan.ok()? };
-        if body.fits_along(plan.smoothed.points()) {
-            return Some(plan);
-        }
-        let path = body.path_near(&plan.raw, costs)?;
-        let (expanded, time_s) = (plan.expanded, plan.time_s);
-        let plan = Plan { expanded, time_s, ..Plan::of_path(path, plan.radius_m) };
-        body.fits_along(plan.smoothed.points()).then_some(plan)
+        Some(Plan { radius_m: body.radius_m, ..plan.ok()? })
     }
 
     /// A path that may pass obstacles near its start more closely; the given error where there is none.

@@ -74,7 +74,15 @@ pub(super) fn slim_cover(body: &Polygon) -> Vec<Disc> {
     let few = usual_row(body).len();
     let count = (few..MAX_COVER_DISCS).find(|&count| side_m(count) <= SLIM_OVERHANG_M);
     let count = count.unwrap_or(MAX_COVER_DISCS);
-    let (row, sections) = (row_of_discs(body, count), row_of_sections(body, count));
+    let (row, mut sections) = (row_of_discs(body, count), row_of_sections(body, count));
+    // The disc of a section at one side of the body, as beside a corner that is cut off, stands out to that side. A door that is wide
+    // enough for the whole row must be wide enough for it too.
+    for (section, equal) in sections.iter_mut().zip(&row) {
+        let is_inside = (section.y - equal.y).abs() + section.radius <= equal.radius + TOLERANCE_M;
+        if !is_inside {
+            *section = *equal;
+        }
+    }
     // The discs of a narrower section are smaller.
     let is_better =
         !is_tapered(body) && overhang_m(body, &sections) + LEAST_GAIN_M < overhang_m(body, &row);

@@ -28,7 +28,7 @@ fn room(door_m: f64, yaw: f64) -> ObstacleGrid {
     obstacles
 }
 
-fn add_border(obstacles: &mut ObstacleGrid) {
+pub(super) fn add_border(obstacles: &mut ObstacleGrid) {
     let frame = *obstacles.frame();
     for cell in frame.cells() {
         let (last_column, last_row) = (frame.width - 1, frame.height - 1);
@@ -42,7 +42,7 @@ fn footprint() -> Footprint {
     Config::default().robot.footprint
 }
 
-fn planner(change: impl FnOnce(&mut NavigatorSettings)) -> RoutePlanner {
+pub(super) fn planner(change: impl FnOnce(&mut NavigatorSettings)) -> RoutePlanner {
     let mut settings = NavigatorSettings::default();
     change(&mut settings);
     RoutePlanner::new(&footprint(), &settings, global::Settings::default(), 0.05)
@@ -56,7 +56,7 @@ fn plan(obstacles: &ObstacleGrid, transient: &[MovingDisc]) -> Result<Plan, Plan
 
 /// Least gap of the body that heads along a path and turns at its corners, metres, by the exact gaps of the simulator. Where the
 /// circle around the body is clear, it counts.
-fn least_gap_m(obstacles: &ObstacleGrid, points: &[Point]) -> f64 {
+pub(super) fn least_gap_m(obstacles: &ObstacleGrid, points: &[Point]) -> f64 {
     let world = World::new(obstacles.clone());
     let (body, circle) =
         (footprint(), Footprint::round(footprint().body_radius_m()).expect("a radius"));

@@ -31,7 +31,7 @@ fn task(scene: &Scene, offset: u64) -> Simulation {
     let path = plan.expect("a scene has a path").smoothed;
     let seed = scene.seed + offset;
     let spawner = PedestrianSpawner::new(scene.obstacles, seed);
-    let ends = [start, scene.goal];
+    let ends = [start, scene.goal].map(|end| (end, 0.5));
     Simulation {
         moving_obstacles: spawner
             .spawn(&obstacles, path.points(), &ends)
