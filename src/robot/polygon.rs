@@ -83,15 +83,14 @@ impl Polygon {
         self.0.iter().zip(&self.0[1..]).chain(closing)
     }
 
-    /// Whether two of its edges cross that have no corner in common.
+    /// Whether two of its edges cross. Edges that only touch, as those with a common corner, do not.
     fn crosses_itself(&self) -> bool {
-        let edges: Vec<_> = self.edges().collect();
-        let last = edges.len() - 1;
-        edges.iter().enumerate().any(|(number, (from, to))| {
-            let others = edges.iter().enumerate().skip(number + 2);
-            let mut apart = others.filter(|(other, _)| (number, *other) != (0, last));
-            apart.any(|(_, (start, end))| segments_cross(from, to, start, end))
-        })
+        let separates = |(from, to): (&Point, &Point), (one, other): (&Point, &Point)| {
+            let side = |point: &Point| (to - from).perp(&(point - from));
+            side(one) * side(other) < 0.0
+        };
+        self.edges()
+            .any(|edge| self.edges().any(|other| separates(edge, other) && separates(other, edge)))
     }
 
     /// Whether a point is inside, by the even-odd rule.

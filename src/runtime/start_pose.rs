@@ -95,6 +95,6 @@ mod tests {
         assert!(error.starts_with("START_OCCUPIED: start (0.00, 0.00) has no room"), "{error}");
         assert!(error.ends_with("with yaw 1.40: the nearest yaw that fits is 0.27"), "{error}");
         let error = check(0.0, -0.25, 0.0).expect_err("no room").to_string();
-        assert!(error.ends_with("no yaw fits there; it fits at (0.01, -0.05)"), "{error}");
+        assert!(error.ends_with("no yaw fits there; it fits at (0.10, -0.08)"), "{error}");
     }
 }
