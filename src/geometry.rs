@@ -151,6 +151,14 @@ impl Point {
         corners.reduce(|[low, high], [point, _]| [low.min(&point), high.max(&point)])
     }
 
+    /// Points on a circle around this one, at equal angles counter-clockwise from the x axis.
+    pub(crate) fn circle(self, radius: f64, count: u32) -> impl Iterator<Item = Self> {
+        (0..count).map(move |number| {
+            let (sin, cos) = libm::sincos(TAU * f64::from(number) / f64::from(count));
+            self + Vector::new(cos, sin) * radius
+        })
+    }
+
     /// The smaller of each coordinate. Of a positive and a negative zero it keeps its own.
     #[inline]
     pub(crate) fn min(&self, other: &Self) -> Self {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize, Serializer};
 
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::ClearanceField;
-use crate::map::{GridFrame, MovingDisc, ObstacleGrid, Scan};
+use crate::map::{GridFrame, MovingDisc, ObstacleGrid, Scan, is_measurement};
 use crate::navigator::Goal;
 use crate::robot::{Disc, Footprint, Limits, Polygon};
 
@@ -395,8 +395,8 @@ fn goal<S: Serializer>(goal: &Goal, out: S) -> Result<S::Ok, S::Error> {
 
 /// Ranges in metres: `null` for no measurement, `range_max` for nothing within it. JSON has neither NaN nor infinity.
 fn ranges<S: Serializer>((ranges, range_max): &(&[f64], f64), out: S) -> Result<S::Ok, S::Error> {
-    // NaN is not above zero.
-    out.collect_seq(ranges.iter().map(|range| (*range > 0.0).then(|| range.min(*range_max))))
+    let measured = |range: &f64| is_measurement(*range).then(|| range.min(*range_max));
+    out.collect_seq(ranges.iter().map(measured))
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub struct BodySpace<'a> {
 }
 
 impl BodySpace<'_> {
-    pub(super) fn has_any_heading(&self, place: &Point) -> bool {
+    fn has_any_heading(&self, place: &Point) -> bool {
         self.wide.frame().cell_of(place).is_some_and(|cell| self.wide.is_free(cell))
     }
 

@@ -37,6 +37,8 @@ pub use moving_disc::MovingDisc;
 pub use movingai::{Scenario, cell_from_top_left, parse_scen, read_scen};
 pub(crate) use object_runs::object_runs;
 pub(crate) use ray_caster::{RayCaster, RayEnd};
+#[cfg(feature = "sim")]
+pub(crate) use scan::is_measurement;
 pub use scan::{Beam, Scan, TimedScan};
 pub use scan_change::ScanChange;
 pub use zone_masks::{Mask, MaskError, MaskFault};

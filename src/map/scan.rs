@@ -114,14 +114,19 @@ impl Scan {
     }
 }
 
+/// Whether a range is a measurement: NaN, zero and below are none.
+pub(crate) fn is_measurement(range: f64) -> bool {
+    range > 0.0
+}
+
 /// Whether a range is that of a return, for a sensor with this largest range.
 fn is_return(range: f64, range_max: f64) -> bool {
-    range > 0.0 && range <= range_max
+    is_measurement(range) && range <= range_max
 }
 
 /// Whether a direction and a range are a measurement.
 fn is_measured(&(direction, range): &(f64, f64)) -> bool {
-    direction.is_finite() && range > 0.0
+    direction.is_finite() && is_measurement(range)
 }
 
 /// Whether a place is finite.

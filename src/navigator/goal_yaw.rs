@@ -1,13 +1,13 @@
 //! Whether the robot's body fits at its goals with their yaws, among the obstacles of the map.
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::PI;
 
 use super::exact_clearance::ExactClearance;
 use super::{Goal, NavigatorSettings, ObstacleModel, RobotModel};
-use crate::geometry::{Point, Pose, Vector, wrap_angle};
+use crate::geometry::{Point, Pose, wrap_angle};
 use crate::global::PlanError;
 
-/// Places on a circle around a goal that are tried.
+/// Places on each circle around a goal that are tried.
 const PLACES: u32 = 16;
 /// Step between the yaws that are tried for a hint, radians.
 const YAW_STEP: f64 = PI / 36.0;
@@ -44,11 +44,9 @@ fn check_yaw(
         |at: Point, yaw: f64| clearance.gap_m(footprint, &Pose::new(at.x, at.y, yaw)) > 0.0;
     let fits = |yaw: f64| {
         fits_at(place, yaw)
-            || (0..PLACES).any(|step| {
-                let turn = libm::sincos(f64::from(step) / f64::from(PLACES) * TAU);
-                let offset = |share: f64| Vector::new(share * tolerance_m, 0.0).rotated(turn);
-                [0.5, 1.0].into_iter().any(|share| fits_at(place + offset(share), yaw))
-            })
+            || [0.5, 1.0]
+                .into_iter()
+                .any(|share| place.circle(share * tolerance_m, PLACES).any(|at| fits_at(at, yaw)))
     };
     if [0.0, settings.yaw_goal_tolerance, -settings.yaw_goal_tolerance]
         .iter()

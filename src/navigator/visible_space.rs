@@ -4,7 +4,7 @@ use core::f64::consts::TAU;
 
 use super::scan_health::ScanHealth;
 use super::scan_visibility::is_full_turn;
-use crate::geometry::{Point, Pose, Vector, bearing};
+use crate::geometry::{Point, Pose, bearing};
 use crate::map::Scan;
 use crate::robot::Footprint;
 
@@ -86,11 +86,9 @@ impl VisibleSpace<'_> {
             footprint.at(from).any(|(center, radius)| (place - center).norm() <= radius + OUTSIDE_M)
         };
         footprint.at(to).all(|(center, radius)| {
-            (0..OUTLINE_POINTS).all(|point| {
-                let (sin, cos) = libm::sincos(TAU * f64::from(point) / f64::from(OUTLINE_POINTS));
-                let place = center + Vector::new(cos, sin) * radius;
-                is_inside(&place) || self.sees(&place)
-            })
+            center
+                .circle(radius, OUTLINE_POINTS)
+                .all(|place| is_inside(&place) || self.sees(&place))
         })
     }
 }

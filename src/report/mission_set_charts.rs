@@ -90,13 +90,11 @@ fn ends_table(counts: &[&Group]) -> Table {
             ("missions", |counts| counts.runs.to_string()),
             ("reached", |counts| counts.reached.to_string()),
             ("reached, %", |counts| fixed(percent(counts.reached, counts), 1)),
-            ("contact caused by the robot", |counts| robot_contacts(counts).to_string()),
-            ("avoidable contact caused by an obstacle", |counts| {
-                counts.contacts_avoidable.to_string()
-            }),
-            ("contact caused by an obstacle", |counts| counts.contacts_other.to_string()),
-            ("gave up", |counts| counts.failed.to_string()),
-            ("timeout", |counts| counts.timeouts.to_string()),
+            (MISSED[0].text, |counts| robot_contacts(counts).to_string()),
+            (MISSED[1].text, |counts| counts.contacts_avoidable.to_string()),
+            (MISSED[2].text, |counts| counts.contacts_other.to_string()),
+            (MISSED[3].text, |counts| counts.failed.to_string()),
+            (MISSED[4].text, |counts| counts.timeouts.to_string()),
         ],
     )
 }

@@ -12,7 +12,7 @@ use crate::experiment::{Group, RunRow, by_world};
 /// An end of runs, as the charts distinguish them.
 pub(super) struct RunEnd {
     class: &'static str,
-    text: &'static str,
+    pub(super) text: &'static str,
     count: fn(&Group) -> usize,
 }
 

@@ -1,7 +1,5 @@
 //! Whether the robot's body fits where a mission starts.
 
-use core::f64::consts::TAU;
-
 use super::ObstacleGap;
 use crate::geometry::{Point, Pose};
 use crate::global::PlanError;
@@ -37,21 +35,10 @@ pub(crate) fn check_start(
     if fits(start.yaw) {
         return Ok(());
     }
-    let nearby = || places_around(start).find(fits_at).map(|pose| pose.position());
+    let circle = |number: u32| place.circle(f64::from(number) * NEARBY_STEP_M, NEARBY_DIRECTIONS);
+    let has_room = |at: &Point| fits_at(&Pose::new(at.x, at.y, start.yaw));
+    let nearby = || (1..=NEARBY_CIRCLES).flat_map(circle).find(has_room);
     Err(PlanError::StartOccupied { place, why: no_room(start.yaw, fits, nearby) })
-}
-
-/// Poses with the same yaw around a pose, on circles around it.
-fn places_around(pose: &Pose) -> impl Iterator<Item = Pose> + use<> {
-    let Pose { x, y, yaw } = *pose;
-    (1..=NEARBY_CIRCLES).flat_map(move |circle| {
-        let away_m = f64::from(circle) * NEARBY_STEP_M;
-        (0..NEARBY_DIRECTIONS).map(move |direction| {
-            let (sin, cos) =
-                libm::sincos(TAU * f64::from(direction) / f64::from(NEARBY_DIRECTIONS));
-            Pose::new(x + away_m * cos, y + away_m * sin, yaw)
-        })
-    })
 }
 
 /// Whether no obstacle touches the square around a place, this far to each side along the axes of the grid, metres.

@@ -18,7 +18,7 @@ use crate::settings::require;
 /// Shortest and longest walk, metres.
 const WALK_M: core::ops::RangeInclusive<f64> = 4.0..=12.0;
 
-/// Smallest distance of walks from the points to keep clear, metres, and from what stands there.
+/// Smallest distance of walks from the points to keep clear, metres, and of pedestrians from a robot that stands there.
 const KEEP_CLEAR_M: f64 = 5.0;
 const LEAST_GAP_M: f64 = 0.3;
 
@@ -73,15 +73,14 @@ impl PedestrianSpawner {
         }
         let path = first_path(mission, config)?;
         let robot_m = config.robot.footprint.circumscribed_radius_m();
-        let ends = [mission.start.position(), mission.goal.position].map(|end| (end, robot_m));
-        self.spawn(&mission.map.obstacles(config.unknown), path.points(), &ends)
+        let ends = [mission.start.position(), mission.goal.position];
+        self.spawn(&mission.map.obstacles(config.unknown), path.points(), &ends, robot_m)
     }
 
     /// Spawns pedestrians along a path. Each crosses or follows the roadway, on a walk of 4 to 12 m over free ground.
     ///
     /// No walk comes within 5 m of the points to keep clear, such as the robot's start and goal. On a path shorter than 20 m
-    /// the limit is a quarter of its length. A walk keeps a gap of 0.3 m at least to what stands at such a point: each has its radius,
-    /// metres.
+    /// the limit is a quarter of its length, but a pedestrian keeps a gap of 0.3 m to a robot with this radius, metres, at such a point.
     ///
     /// # Errors
     /// [`SimError::Setting`] for a setting out of range; [`SimError::NoRoom`] where there is
@@ -90,7 +89,8 @@ impl PedestrianSpawner {
         &self,
         obstacles: &ObstacleGrid,
         path: &[Point],
-        keep_clear: &[(Point, f64)],
+        keep_clear: &[Point],
+        robot_radius_m: f64,
     ) -> Result<MovingObstacles, SimError> {
         let PedestrianSettings { radius_m, yields, leg_diameter_m, .. } = self.settings;
         self.settings.validate()?;
@@ -98,7 +98,8 @@ impl PedestrianSpawner {
         if self.count == 0 {
             return Ok(MovingObstacles::default());
         }
-        let places = Places::new(obstacles, radius_m, path, keep_clear);
+        let least_m = robot_radius_m + radius_m + LEAST_GAP_M;
+        let places = Places::new(obstacles, radius_m, path, (keep_clear, least_m));
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
         let mut moving_obstacles = Vec::with_capacity(self.count);
         for index in 0..self.count {
@@ -144,10 +145,8 @@ struct Places<'a> {
     free: FreeSpace,
     /// Candidate points along the path, each with the path's direction.
     spots: Vec<(Point, f64)>,
-    keep_clear: &'a [(Point, f64)],
+    keep_clear: &'a [Point],
     keep_clear_m: f64,
-    /// Radius of a pedestrian, metres.
-    radius_m: f64,
 }
 
 impl<'a> Places<'a> {
@@ -155,15 +154,14 @@ impl<'a> Places<'a> {
         obstacles: &ObstacleGrid,
         radius_m: f64,
         path: &[Point],
-        keep_clear: &'a [(Point, f64)],
+        (keep_clear, least_m): (&'a [Point], f64),
     ) -> Self {
         let length: f64 = path.windows(2).map(|leg| (leg[1] - leg[0]).norm()).sum();
         let mut places = Self {
             free: FreeSpace::new(obstacles, radius_m),
             spots: Vec::new(),
             keep_clear,
-            keep_clear_m: KEEP_CLEAR_M.min(length / 4.0),
-            radius_m,
+            keep_clear_m: KEEP_CLEAR_M.min(length / 4.0).max(least_m),
         };
         for leg in path.windows(2) {
             let direction = bearing(&leg[0], &leg[1]);
@@ -178,10 +176,7 @@ impl<'a> Places<'a> {
     }
 
     fn may_walk(&self, point: &Point) -> bool {
-        self.keep_clear.iter().all(|(place, radius_m)| {
-            let least_m = radius_m + self.radius_m + LEAST_GAP_M;
-            (point - place).norm() >= self.keep_clear_m.max(least_m)
-        })
+        self.keep_clear.iter().all(|place| (point - place).norm() >= self.keep_clear_m)
     }
 
     /// Finds a walk across or along the pedestrian's own part of the path, or elsewhere if there is none.
@@ -234,9 +229,9 @@ mod tests {
         let frame = GridFrame::new(100, 100, 0.1, Pose::default()).expect("a frame");
         let ground = ObstacleGrid::filled(frame, false);
         let (path, robot_m) = ([Point::new(4.0, 5.0), Point::new(5.0, 5.0)], 0.43);
-        let ends = path.map(|end| (end, robot_m));
         for seed in 0..20 {
-            let Ok(people) = PedestrianSpawner::new(2, seed).spawn(&ground, &path, &ends) else {
+            let Ok(people) = PedestrianSpawner::new(2, seed).spawn(&ground, &path, &path, robot_m)
+            else {
                 continue;
             };
             for disc in people.discs() {
@@ -252,7 +247,7 @@ mod tests {
         let obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         let path = [Point::new(1.0, 5.0), Point::new(9.0, 5.0)];
         let spawner = PedestrianSpawner::new(usize::MAX, 1);
-        let error = spawner.spawn(&obstacles, &path, &[]).expect_err("too many").to_string();
+        let error = spawner.spawn(&obstacles, &path, &[], 0.0).expect_err("too many").to_string();
         assert!(error.starts_with("count is ") && error.contains("at most 100000"), "{error}");
     }
 }

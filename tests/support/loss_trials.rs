@@ -218,7 +218,7 @@ fn mission(config: &Config) -> Result<Simulation, Failed> {
     let ground = scene.map.obstacles(config.unknown);
     let (start, end) = (scene.start.position(), scene.goal);
     let spawner = PedestrianSpawner::new(3, scene.seed);
-    let moving_obstacles = spawner.spawn(&ground, &[start, end], &[(start, 0.5), (end, 0.5)])?;
+    let moving_obstacles = spawner.spawn(&ground, &[start, end], &[start, end], 0.5)?;
     Ok(Simulation {
         moving_obstacles,
         seed: 5,

@@ -94,11 +94,10 @@ fn along(
     robot_m: f64,
 ) -> MovingObstacles {
     let points = path.points();
-    let ends: Vec<(Point, f64)> =
-        points.iter().take(1).chain(points.last()).map(|end| (*end, robot_m)).collect();
+    let ends: Vec<Point> = points.iter().take(1).chain(points.last()).copied().collect();
     let placed = (1..=spawner.count).rev().find_map(|count| {
         let spawner = PedestrianSpawner { count, ..spawner };
-        spawner.spawn(ground, points, &ends).ok()
+        spawner.spawn(ground, points, &ends, robot_m).ok()
     });
     placed.unwrap_or_default()
 }

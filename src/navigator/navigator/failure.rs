@@ -113,8 +113,8 @@ impl Navigator {
                 100.0 * share
             )
         });
-        let can_reverse = state.limits_in_sight().min_vel_x <= state.robot.limits.min_vel_x;
-        let unseen = (!can_reverse).then(|| {
+        let sees_behind = state.limits_in_sight().min_vel_x <= state.robot.limits.min_vel_x;
+        let unseen = (!sees_behind).then(|| {
             "the lidar does not see the space behind the robot, which it may not enter: navigator.may_enter_unseen is false".to_owned()
         });
         let no_reverse = (state.robot.limits.min_vel_x >= 0.0)

@@ -4,7 +4,7 @@ use super::FaultList;
 use super::protection::ProtectionEvents;
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::{SampleStatus, Sampling, TrajectoryFan, WinnerSi};
-use crate::map::{MovingDisc, Scan};
+use crate::map::{MovingDisc, Scan, is_measurement};
 use crate::runtime::{TickEvent, TraceRow};
 
 /// Most frames of a playback: ten minutes at 10 Hz. A longer run keeps every second tick, then every fourth.
@@ -259,7 +259,7 @@ impl ThinnedScan {
 
 /// The shortest of some ranges, in units of 1/253 of the longest possible.
 fn range_byte(beams: &[f64], range_max: f64) -> u8 {
-    let measured = beams.iter().copied().filter(|range| *range > 0.0);
+    let measured = beams.iter().copied().filter(|range| is_measurement(*range));
     match measured.reduce(f64::min) {
         None => NO_MEASUREMENT,
         Some(range) if range <= range_max => (range / range_max * 253.0).round() as u8,

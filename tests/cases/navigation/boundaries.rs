@@ -219,23 +219,6 @@ impl Controller for Straight {
     fn reset(&mut self) {}
 }
 
-/// Drives at full speed.
-struct FullSpeed;
-
-impl Controller for FullSpeed {
-    fn name(&self) -> &'static str {
-        "full speed"
-    }
-
-    fn set_plan(&mut self, _path: &Path) {}
-
-    fn compute_velocity(&mut self, input: &ControllerInput<'_>) -> ControllerReply {
-        Ok(Twist::new(input.limits.max_vel_x, 0.0))
-    }
-
-    fn reset(&mut self) {}
-}
-
 /// It passes the goal within the tolerance, and brakes there.
 #[test]
 fn robot_that_stands_beyond_the_tolerance_has_not_reached_its_goal() {
@@ -247,7 +230,7 @@ fn robot_that_stands_beyond_the_tolerance_has_not_reached_its_goal() {
         let mut config = Config::default();
         config.robot.limits.decel_lim_x = braking;
         let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
-        let decider = Decider::Controller(Box::new(FullSpeed));
+        let decider = Decider::Controller(Box::new(Straight));
         let result = Simulation::new(mission.clone()).run(&config, decider, &mut observer);
         assert_eq!(result.expect("a drive").reached, expected, "braking with {braking} m/s^2");
     }

@@ -51,8 +51,8 @@ fn mission(scene: &Scene) -> Vec<Point> {
 }
 
 fn spawned(scene: &Scene, spawner: &PedestrianSpawner) -> MovingObstacles {
-    let ends = [scene.start.position(), scene.goal].map(|end| (end, ROBOT_RADIUS_M));
-    spawner.spawn(&ground(scene), &mission(scene), &ends).expect("room for all")
+    let ends = [scene.start.position(), scene.goal];
+    spawner.spawn(&ground(scene), &mission(scene), &ends, ROBOT_RADIUS_M).expect("room for all")
 }
 
 fn gap(disc: &MovingDisc, pose: &Pose, radius: f64) -> f64 {
@@ -379,7 +379,7 @@ fn error_of_an_obstacle_names_the_line_of_its_key() {
 fn spawner_without_space_is_an_error() {
     let narrow = ObstacleGrid::filled(FRAME, true);
     let path = [Point::new(1.0, 1.0), Point::new(9.0, 1.0)];
-    let spawn = |count| PedestrianSpawner::new(count, 1).spawn(&narrow, &path, &[]);
+    let spawn = |count| PedestrianSpawner::new(count, 1).spawn(&narrow, &path, &[], 0.0);
     assert!(matches!(spawn(2), Err(SimError::NoRoom { placed: 0, asked: 2, .. })));
     assert!(spawn(0).unwrap().is_empty());
 }

@@ -55,7 +55,7 @@ fn crosses(map: &Path) -> Result<(), Failed> {
     let obstacles = map.obstacles(UnknownPolicy::Blocked);
     let mut planner = config.route_planner(map.frame().resolution_m);
     let path = planner.plan(&obstacles, start.position(), goal, &mut || 0.0)?.smoothed;
-    let ends = [start.position(), goal].map(|end| (end, 0.5));
+    let ends = [start.position(), goal];
     for seed in 0..2 {
         let there = Goal::at(goal);
         let result = arrive(&Simulation {
@@ -63,6 +63,7 @@ fn crosses(map: &Path) -> Result<(), Failed> {
                 &obstacles,
                 path.points(),
                 &ends,
+                0.5,
             )?,
             seed,
             ..Simulation::new(Mission {

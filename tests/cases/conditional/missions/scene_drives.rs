@@ -31,10 +31,10 @@ fn task(scene: &Scene, offset: u64) -> Simulation {
     let path = plan.expect("a scene has a path").smoothed;
     let seed = scene.seed + offset;
     let spawner = PedestrianSpawner::new(scene.obstacles, seed);
-    let ends = [start, scene.goal].map(|end| (end, 0.5));
+    let ends = [start, scene.goal];
     Simulation {
         moving_obstacles: spawner
-            .spawn(&obstacles, path.points(), &ends)
+            .spawn(&obstacles, path.points(), &ends, 0.5)
             .expect("free space for pedestrians"),
         seed,
         ..Simulation::new(scene.mission(600.0))

@@ -53,8 +53,7 @@ pub fn tour() -> (Simulation, Config) {
     let known = map.obstacles(config.unknown);
     let way = [Point::new(1.2, 2.5), Point::new(10.0, 2.5)];
     let spawner = config.simulation.pedestrians.spawner(1, 3);
-    let moving_obstacles =
-        spawner.spawn(&known, &way, &way.map(|end| (end, 0.5))).expect("enough space");
+    let moving_obstacles = spawner.spawn(&known, &way, &way, 0.5).expect("enough space");
     let simulation = Simulation {
         moving_obstacles,
         seed: 3,
@@ -128,8 +127,7 @@ pub fn crowded() -> (Simulation, Config) {
     let known = scene.map.obstacles(config.unknown);
     let way = [scene.start.position(), scene.goal];
     let spawner = config.simulation.pedestrians.spawner(4, 5);
-    let moving_obstacles =
-        spawner.spawn(&known, &way, &way.map(|end| (end, 0.5))).expect("enough space");
+    let moving_obstacles = spawner.spawn(&known, &way, &way, 0.5).expect("enough space");
     let simulation =
         Simulation { moving_obstacles, seed: 5, ..Simulation::new(scene.mission(12.0)) };
     (simulation, config)
