@@ -1,6 +1,6 @@
 //! The response of the base to commands: sent commands, commands in flight, and the identified response.
 
-use super::state::CommandsInFlight;
+use super::predicted_state::CommandsInFlight;
 use super::{NavigatorSettings, Observation};
 use crate::geometry::Twist;
 use crate::robot::{Limits, MotionEstimate, MotionIdentifier};

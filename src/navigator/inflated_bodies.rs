@@ -1,7 +1,7 @@
 //! Footprint and moving obstacles with their margins, for the local planner.
 
 use super::NavigatorSettings;
-use super::state::PredictedState;
+use super::predicted_state::PredictedState;
 use crate::geometry::Pose;
 use crate::local::{ClearanceField, LocalSettings, clearance_error_m};
 use crate::map::MovingDisc;

@@ -31,6 +31,7 @@ mod observation;
 mod obstacle_model;
 mod occlusion;
 mod passive_safety;
+mod predicted_state;
 mod progress;
 mod recent_people;
 mod replanning;

@@ -2,8 +2,8 @@
 
 mod braking;
 mod failure;
+mod reading;
 
-use std::collections::BTreeMap;
 use std::mem::take;
 use std::sync::Arc;
 
@@ -21,22 +21,23 @@ use super::narrow_passages::OVERLOOKED_M;
 use super::observation::ObservationValidator;
 use super::obstacle_model::window_half_m;
 use super::occlusion::standing_room;
+use super::predicted_state::{Measured, PredictedState};
 use super::progress::Progress;
 use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
 use super::staging::StagingSearch;
-use super::state::{Measured, PredictedState, RobotModel, State};
+use super::state::{RobotModel, State};
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
-    Controller, ControllerReply, DeadlineStats, Decision, Fault, GlobalPlanner, Goal, Mode,
-    NavigationMap, NavigatorSettings, Observation, ObservationFault, ObstacleModel, Route,
-    Waypoints,
+    Controller, Decision, Fault, GlobalPlanner, Goal, Mode, NavigationMap, NavigatorSettings,
+    Observation, ObstacleModel, Route, Waypoints,
 };
+use crate::geometry::Point;
 use crate::global::Plan;
 use crate::local::{LocalPlanner, step_that_overlooks};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
-use crate::robot::{Footprint, MotionEstimate, TickClock, TickTime};
+use crate::robot::{Footprint, TickClock, TickTime};
 use braking::FaultyTime;
 
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
@@ -51,6 +52,10 @@ pub struct Navigator {
     slim: Footprint,
     /// Whether the robot was in a narrow passage, or near one, at the last tick.
     is_narrow: bool,
+    /// Distance along the path to that passage, metres; `None` if the path has none here.
+    to_narrow_m: Option<f64>,
+    /// The key node to which the robot turned in place at the last tick.
+    turning_to: Option<Point>,
     base: BaseResponse,
     tick_clock: TickClock,
     /// Time since the last tick, one period at least.
@@ -158,6 +163,8 @@ impl Navigator {
             settings,
             slim: robot.footprint.slim(),
             is_narrow: false,
+            to_narrow_m: None,
+            turning_to: None,
             robot,
         })
     }
@@ -169,100 +176,10 @@ impl Navigator {
         self
     }
 
-    /// Name of the controller that decides in place of the behaviours, if there is one.
-    #[must_use]
-    pub fn controller_name(&self) -> Option<&str> {
-        self.controller.as_ref().map(ControllerHost::name)
-    }
-
-    /// The answer of that controller at the last tick; none where it was not asked.
-    #[must_use]
-    pub fn controller_reply(&self) -> Option<&ControllerReply> {
-        self.controller.as_ref()?.reply()
-    }
-
-    /// Every global plan so far; the robot follows the last one.
-    #[must_use]
-    pub fn plans(&self) -> &[Plan] {
-        &self.plans
-    }
-
-    /// Number of answers received from the planning thread so far, plans and failures.
-    #[must_use]
-    pub const fn plans_received(&self) -> u64 {
-        self.replanner.received
-    }
-
     /// Sets whether the next step receives the plan that is due, for the replay of a recorded run. Without `wait_for_plans`
     /// the arrival of a plan depends on the load of the machine.
     pub const fn replay_plan_arrival(&mut self, arrives: bool) {
         self.replanner.replayed_arrival = Some(arrives);
-    }
-
-    /// Why the mission failed, if it did.
-    #[must_use]
-    pub const fn fault(&self) -> Option<&Fault> {
-        self.fault.as_ref()
-    }
-
-    /// The goal that the robot drives to or stands at.
-    #[must_use]
-    pub const fn goal(&self) -> &Goal {
-        self.waypoints.goal()
-    }
-
-    /// Number of goals that the robot has left behind.
-    #[must_use]
-    pub const fn goals_passed(&self) -> usize {
-        self.waypoints.passed
-    }
-
-    /// Length of the path ahead, metres.
-    #[must_use]
-    pub fn distance_left_m(&self) -> f64 {
-        self.route.left_m() + self.waypoints.beyond_target_m()
-    }
-
-    /// Obstacles that are not in the map.
-    #[must_use]
-    pub const fn obstacle_model(&self) -> &ObstacleModel {
-        &self.obstacles
-    }
-
-    /// Number of faulty observations by kind.
-    #[must_use]
-    pub const fn observation_faults(&self) -> &BTreeMap<ObservationFault, u64> {
-        &self.validator.counts
-    }
-
-    /// What is wrong with the last observation; `None` where it is valid.
-    #[must_use]
-    pub const fn observation_fault(&self) -> Option<ObservationFault> {
-        self.validator.fault
-    }
-
-    /// The local planner.
-    #[must_use]
-    pub const fn planner(&self) -> &LocalPlanner {
-        self.behaviours.planner()
-    }
-
-    /// How many decisions met the deadline; `None` without a deadline.
-    #[must_use]
-    pub fn deadline_stats(&self) -> Option<DeadlineStats> {
-        self.deadline.as_ref().map(Deadline::stats)
-    }
-
-    /// The measured times between observations.
-    #[must_use]
-    pub const fn tick_clock(&self) -> &TickClock {
-        &self.tick_clock
-    }
-
-    /// The identified response of the base.
-    #[must_use]
-    pub const fn motion(&self) -> &MotionEstimate {
-        self.base.estimate()
     }
 
     /// Decides what to do now. The command is within the robot's limits, and the robot reaches it within one control period
@@ -332,6 +249,7 @@ impl Navigator {
         if take(&mut self.validator.is_relocated) {
             self.obstacles.forget(*time_s, &pose.position());
             self.dust.forget();
+            self.turning_to = None;
         }
         if has_new_scan && !self.is_over() {
             let masked = self.validator.health.masked(scan, &self.robot.footprint);
@@ -408,6 +326,7 @@ impl Navigator {
             last_command: &self.base.last_command,
             field: &field,
             is_narrow: self.is_narrow,
+            to_narrow_m: self.to_narrow_m,
             leading_end: self.waypoints.leading_end(),
             slim: &self.slim,
             inflated: InflatedBodies::new(
@@ -433,8 +352,10 @@ impl Navigator {
             fastest: fastest.min(self.robot.limits.max_vel_x),
             speed_limit: fastest,
         };
-        state.follow(&self.route);
-        self.is_narrow = self.replanner.is_narrow(&state) || state.is_beside_obstacle();
+        // Noise of the pose hides a key node at one tick and shows it at the next: the robot would turn to two of them in turn.
+        state.follow(&self.route, self.turning_to);
+        self.to_narrow_m = self.replanner.to_narrow_m(&state);
+        self.is_narrow = self.to_narrow_m.is_some() || state.is_beside_obstacle();
         state.is_at_goal = match &mut self.controller {
             Some(host) => host.is_at_goal(&state),
             None => self.behaviours.is_at_goal(&state),
@@ -452,7 +373,7 @@ impl Navigator {
                     route.advance(&robot);
                     self.plans.push(plan);
                     self.progress.rebase(state.route.left_m(), route.left_m());
-                    state.follow(route);
+                    state.follow(route, None);
                     has_new_route = true;
                 }
                 self.replanner.check_paths()?;
@@ -474,6 +395,7 @@ impl Navigator {
             self.route = route;
         }
         let mut decision = decided.map_err(|fault| self.with_modes(fault))?;
+        self.turning_to = (decision.mode == Mode::Rotating).then_some(decision.local_target);
         if decision.mode != Mode::Evading {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }

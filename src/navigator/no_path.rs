@@ -64,7 +64,8 @@ impl NoPath {
 #[cfg(test)]
 mod tests {
     use super::super::NavigatorSettings;
-    use super::super::state::{PredictedState, RobotModel};
+    use super::super::predicted_state::PredictedState;
+    use super::super::state::RobotModel;
     use super::super::test_state::{standing_at, with_state};
     use super::*;
     use crate::geometry::{Pose, Twist};

@@ -4,7 +4,7 @@
 //! obstacle can reach a part of its outline that its own motion moves outward (Macek, Vasquez, Fraichard, Siegwart: Towards safe
 //! vehicle navigation in dynamic urban scenarios, 2009). This prevents no contact with another part, or with a standing robot.
 
-use super::state::PredictedState;
+use super::predicted_state::PredictedState;
 use crate::geometry::{Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits};

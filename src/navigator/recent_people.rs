@@ -8,8 +8,8 @@ use crate::geometry::{Point, Pose, bearing};
 use crate::map::{MovingDisc, Scan};
 
 use super::passive_safety::obstacle_that_may_come;
+use super::predicted_state::PredictedState;
 use super::scan_visibility::seen_to_m;
-use super::state::PredictedState;
 
 /// A person who stays within the first distance, metres, for this long, seconds, stands. A step of 0.3 m takes a walker at 0.14 m/s 2.5 s,
 /// with the increase of the step with the speed. Slower ones cannot reach the robot before it stops its turn.

@@ -271,33 +271,33 @@ impl Replanner {
         state.route.radius_m < self.least_radius_m
     }
 
-    /// Whether the robot is in a narrow passage, or near one on its path.
-    pub fn is_narrow(&self, state: &State<'_>) -> bool {
+    /// Distance along the path to a narrow passage on it that is near, metres; 0 in the passage.
+    pub fn to_narrow_m(&self, state: &State<'_>) -> Option<f64> {
+        if !self.has_narrow_path(state) {
+            return None;
+        }
         let place = core::iter::once(state.now.pose.position());
-        self.has_narrow_path(state)
-            && self.is_circle_blocked(
-                state,
-                place.chain(state.route.ahead(NARROW_AHEAD_M, PATH_STEP_M)),
-            )
+        let places = place.chain(state.route.ahead(NARROW_AHEAD_M, PATH_STEP_M));
+        let first = self.first_blocked(state, places)?;
+        Some(first.saturating_sub(1) as f64 * PATH_STEP_M)
     }
 
-    /// Whether an obstacle is nearer to one of these places than a path that has room for the circle around the robot.
-    fn is_circle_blocked(
+    /// The first of these places to which an obstacle is nearer than a path that has room for the circle around the robot.
+    fn first_blocked(
         &self,
         state: &State<'_>,
         mut places: impl Iterator<Item = Point>,
-    ) -> bool {
+    ) -> Option<usize> {
         let slack_m = LOOKUP_CELLS * state.field.frame().resolution_m;
-        Footprint::round(self.least_radius_m - slack_m).is_ok_and(|circle| {
-            places.any(|at| touches(state, &circle, &Pose::new(at.x, at.y, 0.0)))
-        })
+        let circle = Footprint::round(self.least_radius_m - slack_m).ok()?;
+        places.position(|at| touches(state, &circle, &Pose::new(at.x, at.y, 0.0)))
     }
 
     /// Whether an obstacle is too near to the path ahead, as far as the local window shows.
     fn is_path_blocked(&self, state: &State<'_>) -> bool {
         let ahead_m = state.settings.path_check_distance_m;
         if !self.has_narrow_path(state) {
-            return self.is_circle_blocked(state, state.route.ahead(ahead_m, PATH_STEP_M));
+            return self.first_blocked(state, state.route.ahead(ahead_m, PATH_STEP_M)).is_some();
         }
         // A path through narrow passages has room for the body that heads along it. It is clear at its points, not in whole cells.
         let slack_m = SQRT_2 * state.field.frame().resolution_m;

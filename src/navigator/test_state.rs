@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
+use super::predicted_state::PredictedState;
 use super::scan_health::ScanHealth;
 use super::staging::LeadingEnd;
-use super::state::{PredictedState, RobotModel, State};
+use super::state::{RobotModel, State};
 use super::visible_space::VisibleSpace;
 use super::{Goal, Mode, NavigatorSettings, Route, RoutePlanner};
 use crate::geometry::{Point, Pose, Twist};
@@ -48,6 +49,7 @@ pub(super) fn with_state<R>(
         measured: &measured,
         last_command: &last_command,
         is_narrow: false,
+        to_narrow_m: None,
         leading_end: LeadingEnd::Nose,
         slim: &robot.footprint,
         inflated: InflatedBodies::new(

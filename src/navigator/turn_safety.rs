@@ -35,7 +35,7 @@ impl State<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::state::PredictedState;
+    use super::super::predicted_state::PredictedState;
     use super::super::test_state::{standing_at, with_state};
     use super::super::{NavigatorSettings, RobotModel};
     use super::*;

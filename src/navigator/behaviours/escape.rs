@@ -266,7 +266,7 @@ fn end_of(
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::state::PredictedState;
+    use super::super::super::predicted_state::PredictedState;
     use super::super::super::test_state::{standing_at, with_state};
     use super::super::super::{NavigatorSettings, RobotModel};
     use super::*;

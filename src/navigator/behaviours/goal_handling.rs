@@ -209,7 +209,7 @@ mod tests {
     use crate::geometry::Point;
     use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
     use crate::navigator::RobotModel;
-    use crate::navigator::state::PredictedState;
+    use crate::navigator::predicted_state::PredictedState;
     use crate::navigator::test_state::{PERIOD_S, standing_at, with_state};
     use crate::robot::{Footprint, Limits, Polygon};
 

@@ -30,7 +30,7 @@ mod tests {
 
     use super::super::super::occlusion::standing_room;
     use super::super::super::passive_safety::obstacle_that_may_come;
-    use super::super::super::state::PredictedState;
+    use super::super::super::predicted_state::PredictedState;
     use super::super::super::test_state::{standing_at, with_state};
     use super::super::super::{NavigatorSettings, RobotModel};
     use super::*;

@@ -169,7 +169,7 @@ fn turned_around(twist: Twist) -> Twist {
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::state::PredictedState;
+    use super::super::super::predicted_state::PredictedState;
     use super::super::super::test_state::{standing_at, with_state};
     use super::super::super::{NavigatorSettings, RobotModel};
     use super::*;

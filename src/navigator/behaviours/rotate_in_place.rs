@@ -146,7 +146,7 @@ pub(super) fn rotation(angle: f64, limits: &Limits) -> Twist {
 #[cfg(test)]
 mod tests {
     use super::super::super::passive_safety::obstacle_that_may_come;
-    use super::super::super::state::PredictedState;
+    use super::super::super::predicted_state::PredictedState;
     use super::super::super::test_state::{standing_at, with_state};
     use super::super::super::{NavigatorSettings, RobotModel};
     use super::*;

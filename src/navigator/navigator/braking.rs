@@ -3,7 +3,7 @@
 use super::Navigator;
 use crate::geometry::Twist;
 use crate::navigator::observation::CLOCK_JUMP_S;
-use crate::navigator::state::brake;
+use crate::navigator::predicted_state::brake;
 use crate::navigator::{Decision, Fault, Mode, NavigatorSettings, ObservationFault};
 
 /// How long the observations have been faulty.

@@ -5,7 +5,8 @@ use crate::geometry::Point;
 use crate::global::Plan;
 use crate::navigator::controller_host::ControllerHost;
 use crate::navigator::no_path::NoPath;
-use crate::navigator::state::{PredictedState, State};
+use crate::navigator::predicted_state::PredictedState;
+use crate::navigator::state::State;
 use crate::navigator::{Fault, Mode, Route};
 
 impl Navigator {
@@ -52,6 +53,7 @@ impl Navigator {
     pub(super) fn follow(&mut self, plan: Plan) {
         self.replanner.start_leg();
         self.route = Route::new(&plan, &self.settings);
+        self.turning_to = None;
         self.plans.push(plan);
         self.restart_progress();
     }
