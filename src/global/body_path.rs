@@ -93,6 +93,9 @@ impl BodySpace<'_> {
     #[must_use]
     pub fn path_near(&self, guide: &Path, costs: &ClearanceCosts) -> Option<Path> {
         let (first, last) = (guide.points().first()?, guide.points().last()?);
+        if !self.fits(last) {
+            return None;
+        }
         let strip = Strip::along(guide, self.narrow)?;
         let moves = BodyMoves::new(self, costs);
         let frame = *self.narrow.frame();
@@ -116,7 +119,10 @@ impl BodySpace<'_> {
                 let corners = places.into_iter().rev();
                 let corners = corners.map(|place| frame.center_of(strip.cells[place]));
                 let points: Vec<Point> = once(*first).chain(corners).chain(once(*last)).collect();
-                return Some(Path::new(self.shortened(&points)));
+                // To the end itself the body heads a little to the side of the centre of its cell.
+                if self.fits_along(&points[points.len().saturating_sub(3)..]) {
+                    return Some(Path::new(self.shortened(&points)));
+                }
             }
             let cell = strip.cells[place];
             for next in BodyMoves::turns(heading) {

@@ -129,7 +129,9 @@ impl<'a> BodySearch<'a> {
         let mut cells: Vec<Cell> =
             self.states.trace_back(state).map(|state| self.cells[state]).collect();
         cells.dedup();
-        let centers = cells.iter().rev().map(|&cell| frame.center_of(cell));
+        // From the centre of an end's cell to the end, the body would head somewhere else.
+        let between = cells.get(1..cells.len() - 1).unwrap_or_default();
+        let centers = between.iter().rev().map(|&cell| frame.center_of(cell));
         Path::new(once(*start).chain(centers).chain(once(*goal)).collect())
     }
 }

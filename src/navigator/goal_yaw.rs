@@ -1,4 +1,4 @@
-//! Whether the robot's body fits at its goals with their yaws, among the obstacles of the map.
+//! Whether and where the robot's body fits at its goals with their yaws, among the obstacles of the map.
 
 use core::f64::consts::PI;
 
@@ -6,11 +6,64 @@ use super::exact_clearance::ExactClearance;
 use super::{Goal, NavigatorSettings, ObstacleModel, RobotModel};
 use crate::geometry::{Point, Pose, wrap_angle};
 use crate::global::PlanError;
+use crate::robot::Footprint;
 
 /// Places on each circle around a goal that are tried.
 const PLACES: u32 = 16;
+/// Radii of these circles, as shares of the goal's tolerance.
+const SHARES: [f64; 3] = [0.25, 0.5, 0.75];
+/// What a place has beyond the safety margin, metres: a parked robot is off by a centimetre.
+const ROOM_M: f64 = 0.02;
+/// Distance between two checked places of a line, metres.
+const STEP_M: f64 = 0.05;
 /// Step between the yaws that are tried for a hint, radians.
 const YAW_STEP: f64 = PI / 36.0;
+
+/// The goals as the robot parks there: one whose exact place does not leave the safety margin around the body with the goal's yaw is
+/// moved to the nearest place that does, within its tolerance and in sight of it.
+pub(super) fn goals_with_room(
+    goals: &[Goal],
+    obstacles: &ObstacleModel,
+    robot: &RobotModel,
+    settings: &NavigatorSettings,
+) -> Vec<Goal> {
+    let moved = |goal: &Goal| place_with_room(goal, obstacles, &robot.footprint, settings);
+    goals
+        .iter()
+        .map(|goal| Goal { position: moved(goal).unwrap_or(goal.position), ..*goal })
+        .collect()
+}
+
+/// `None` where the goal stays where it is.
+fn place_with_room(
+    goal: &Goal,
+    obstacles: &ObstacleModel,
+    footprint: &Footprint,
+    settings: &NavigatorSettings,
+) -> Option<Point> {
+    let NavigatorSettings { safety_margin_m, xy_goal_tolerance, .. } = *settings;
+    let (place, yaw, margin_m) = (goal.position, goal.yaw?, safety_margin_m + ROOM_M);
+    let reach_m = footprint.body_radius_m() + xy_goal_tolerance + margin_m;
+    let field = obstacles.window(&place, reach_m).ok()?;
+    let clearance = ExactClearance::new(&field, &place, reach_m);
+    let has_room =
+        |at: &Point| clearance.keeps_gap(footprint, &Pose::new(at.x, at.y, yaw), margin_m);
+    if has_room(&place) {
+        return None;
+    }
+    // Not beyond a thin wall.
+    let disc = Footprint::round(footprint.inscribed_radius_m()).ok()?;
+    let is_in_sight = |at: &Point| {
+        let steps = ((at - place).norm() / STEP_M).ceil().max(1.0);
+        (0..=steps as u32).all(|step| {
+            let between = place + (at - place) * (f64::from(step) / steps);
+            clearance.keeps_gap(&disc, &Pose::new(between.x, between.y, 0.0), 0.0)
+        })
+    };
+    let places =
+        SHARES.into_iter().flat_map(|share| place.circle(share * xy_goal_tolerance, PLACES));
+    places.into_iter().find(|at| has_room(at) && is_in_sight(at))
+}
 
 /// Rejects a goal at which the body touches an obstacle of the map with the goal's yaw, anywhere within the goal's tolerances: the
 /// robot would drive there and then find no room to turn.
@@ -82,7 +135,7 @@ pub(crate) fn no_room(
 mod tests {
     use super::*;
     use crate::map::{GridFrame, ObstacleGrid};
-    use crate::robot::{Footprint, Limits, Polygon};
+    use crate::robot::{Limits, Polygon};
 
     /// A robot of 0.8 by 0.4 m in a corridor along x, 0.6 m wide.
     fn check(yaw: Option<f64>) -> Result<(), PlanError> {
@@ -100,5 +153,30 @@ mod tests {
         let error = check(Some(1.4)).expect_err("no room").to_string();
         assert!(error.starts_with("GOAL_OCCUPIED: goal (0.00, 0.00) has no room"), "{error}");
         assert!(error.ends_with("with yaw 1.40: the nearest yaw that fits is 0.27"), "{error}");
+    }
+
+    /// The same robot beside a wall at y = 0.3 m. With yaw 0.5 its corner needs 0.37 m, and the margin.
+    #[test]
+    fn goal_too_near_to_a_wall_for_its_yaw_moves_away_from_it_within_its_tolerance() {
+        let frame = GridFrame::new(100, 40, 0.1, Pose::new(-5.0, -2.0, 0.0)).expect("a size");
+        let ground = ObstacleGrid::from_fn(frame, |cell| cell.row == 23);
+        let body = Polygon::rectangle(0.8, 0.4).expect("a body");
+        let robot = RobotModel { limits: Limits::default(), footprint: Footprint::covering(body) };
+        let settings = NavigatorSettings::default();
+        let placed = |y: f64, yaw: Option<f64>| {
+            let goal = Goal { position: Point::new(0.0, y), yaw };
+            goals_with_room(&[goal], &ObstacleModel::new(ground.clone()), &robot, &settings)[0]
+        };
+        assert_eq!(placed(0.0, None).position, Point::new(0.0, 0.0));
+        assert_eq!(placed(0.0, Some(0.0)).position, Point::new(0.0, 0.0));
+        assert_eq!(placed(-0.3, Some(0.5)).position, Point::new(0.0, -0.3));
+        let moved = placed(0.0, Some(0.5));
+        assert_eq!(moved.yaw, Some(0.5));
+        assert!(moved.position.y < -0.1, "{moved:?}");
+        assert!(moved.position.to_vector().norm() < settings.xy_goal_tolerance, "{moved:?}");
+        // From beyond the wall it does not move to this side.
+        assert!(placed(0.7, Some(0.5)).position.y > 0.7);
+        // Where there is no room within the tolerance, it stays.
+        assert_eq!(placed(0.35, Some(0.0)).position, Point::new(0.0, 0.35));
     }
 }

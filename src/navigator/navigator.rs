@@ -14,7 +14,7 @@ use super::deadline::Deadline;
 use super::dust::DustFilter;
 use super::first_problem::check_first_problem;
 use super::global_planner::checked_plan;
-use super::goal_yaw::check_yaws;
+use super::goal_yaw::{check_yaws, goals_with_room};
 use super::inflated_bodies::InflatedBodies;
 use super::mode_ticks::ModeTicks;
 use super::narrow_passages::OVERLOOKED_M;
@@ -127,7 +127,9 @@ impl Navigator {
             settings: &settings,
             least_radius_m: global_planner.least_radius_m(),
         };
-        let (queue, plan) = WaypointQueue::planned(waypoints, &search, |from, to| {
+        let goals = goals_with_room(&waypoints.goals, &obstacles, &robot, &settings);
+        let waypoints = Waypoints { goals, ..*waypoints };
+        let (queue, plan) = WaypointQueue::planned(&waypoints, &search, |from, to| {
             checked_plan(&mut *global_planner, &closed, &[], [from, to], clock)
         })?;
         check_yaws(&waypoints.goals, &obstacles, &robot, &settings)?;

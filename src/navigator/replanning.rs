@@ -276,34 +276,37 @@ impl Replanner {
         if !self.has_narrow_path(state) {
             return None;
         }
+        let circle = self.circle(state)?;
         let place = core::iter::once(state.now.pose.position());
-        let places = place.chain(state.route.ahead(NARROW_AHEAD_M, PATH_STEP_M));
-        let first = self.first_blocked(state, places)?;
+        let mut places = place.chain(state.route.ahead(NARROW_AHEAD_M, PATH_STEP_M));
+        let is_narrow = |at: Point| touches(state, &circle, &Pose::new(at.x, at.y, 0.0));
+        let first = places.position(is_narrow)?;
         Some(first.saturating_sub(1) as f64 * PATH_STEP_M)
     }
 
-    /// The first of these places to which an obstacle is nearer than a path that has room for the circle around the robot.
-    fn first_blocked(
-        &self,
-        state: &State<'_>,
-        mut places: impl Iterator<Item = Point>,
-    ) -> Option<usize> {
+    /// The circle for which a usual path has room. Its centre is at points of the path, not in whole cells.
+    fn circle(&self, state: &State<'_>) -> Option<Footprint> {
         let slack_m = LOOKUP_CELLS * state.field.frame().resolution_m;
-        let circle = Footprint::round(self.least_radius_m - slack_m).ok()?;
-        places.position(|at| touches(state, &circle, &Pose::new(at.x, at.y, 0.0)))
+        Footprint::round(self.least_radius_m - slack_m).ok()
     }
 
     /// Whether an obstacle is too near to the path ahead, as far as the local window shows.
     fn is_path_blocked(&self, state: &State<'_>) -> bool {
+        let Some(circle) = self.circle(state) else {
+            return false;
+        };
+        // A path through narrow passages has room for the circle, or for the body that heads along it.
+        let body = self.has_narrow_path(state).then(|| {
+            let slack_m = SQRT_2 * state.field.frame().resolution_m;
+            let margin_m = state.route.radius_m - state.slim.max_disc_radius_m() - slack_m;
+            state.slim.padded(margin_m)
+        });
+        let touches = |pose: &Pose| {
+            touches(state, &circle, pose)
+                && body.as_ref().is_none_or(|body| touches(state, body, pose))
+        };
         let ahead_m = state.settings.path_check_distance_m;
-        if !self.has_narrow_path(state) {
-            return self.first_blocked(state, state.route.ahead(ahead_m, PATH_STEP_M)).is_some();
-        }
-        // A path through narrow passages has room for the body that heads along it. It is clear at its points, not in whole cells.
-        let slack_m = SQRT_2 * state.field.frame().resolution_m;
-        let margin_m = state.route.radius_m - state.slim.max_disc_radius_m() - slack_m;
-        let body = state.slim.padded(margin_m);
-        state.route.poses_ahead(ahead_m, PATH_STEP_M).any(|pose| touches(state, &body, &pose))
+        state.route.poses_ahead(ahead_m, PATH_STEP_M).any(|pose| touches(&pose))
     }
 }
 

@@ -11,6 +11,7 @@ use super::{Goal, NavigatorSettings, ObstacleModel, RobotModel};
 use crate::geometry::{Point, Pose, bearing, wrap_angle};
 use crate::global::{BodySpace, Path, Plan, PlanError};
 use crate::map::{FreeSpace, ObstacleGrid};
+use crate::robot::Footprint;
 
 /// Angle between two checked yaws of a turn at the goal, radians, and distance between two checked places of a path, metres.
 const STEP_RAD: f64 = 0.1;
@@ -92,7 +93,10 @@ impl StagingSearch<'_> {
         // A window that is too large is an error of the first decision.
         let field = self.obstacles.window(&goal.position, reach_m).ok()?;
         let clearance = ExactClearance::new(&field, &goal.position, reach_m);
-        let fits = |arrival: f64| self.can_turn(&goal.position, &clearance, arrival, yaw);
+        let fits = |arrival: f64| {
+            let yaws = [arrival, yaw];
+            can_turn(&robot.footprint, self.settings, &goal.position, &clearance, yaws)
+        };
         let (fits_nose_first, fits_tail_first) = (fits(arrival), fits(arrival + PI));
         if fits_nose_first && fits_tail_first {
             return None;
@@ -158,23 +162,28 @@ impl StagingSearch<'_> {
         let fits = can_reverse && fits(arrival + PI) && tail_first.fits_along(path.points());
         fits.then(|| (LeadingEnd::Tail, wrap_angle(yaw + PI)))
     }
+}
 
-    /// Whether the body of a robot at a place has room to turn from one yaw to another, or to within the tolerance of it, radians: one
-    /// that is within the safety margin must only come no nearer to an obstacle.
-    fn can_turn(&self, place: &Point, clearance: &ExactClearance, from: f64, to: f64) -> bool {
-        let (footprint, settings) = (&self.robot.footprint, self.settings);
-        let at = |yaw: f64| Pose::new(place.x, place.y, yaw);
-        let kept_m = settings.safety_margin_m.min(clearance.gap_m(footprint, &at(from)));
-        let shorter = wrap_angle(to - from);
-        [shorter, shorter - TAU.copysign(shorter)].into_iter().any(|turn| {
-            let needed = (turn.abs() - settings.yaw_goal_tolerance).max(0.0).copysign(turn);
-            let steps = (needed.abs() / STEP_RAD).ceil().max(1.0);
-            (1..=steps as u32).all(|step| {
-                let yaw = from + needed * f64::from(step) / steps;
-                clearance.keeps_gap(footprint, &at(yaw), kept_m)
-            })
+/// Whether the body of a robot at a place has room to turn from one yaw to another, or to within the tolerance of it, radians: one that is
+/// within the safety margin must only come no nearer to an obstacle.
+pub(super) fn can_turn(
+    footprint: &Footprint,
+    settings: &NavigatorSettings,
+    place: &Point,
+    clearance: &ExactClearance,
+    [from, to]: [f64; 2],
+) -> bool {
+    let at = |yaw: f64| Pose::new(place.x, place.y, yaw);
+    let kept_m = settings.safety_margin_m.min(clearance.gap_m(footprint, &at(from)));
+    let shorter = wrap_angle(to - from);
+    [shorter, shorter - TAU.copysign(shorter)].into_iter().any(|turn| {
+        let needed = (turn.abs() - settings.yaw_goal_tolerance).max(0.0).copysign(turn);
+        let steps = (needed.abs() / STEP_RAD).ceil().max(1.0);
+        (1..=steps as u32).all(|step| {
+            let yaw = from + needed * f64::from(step) / steps;
+            clearance.keeps_gap(footprint, &at(yaw), kept_m)
         })
-    }
+    })
 }
 
 /// The directions of a path at its start and at its end, radians. The very first and last points may lie beside its direction, where it

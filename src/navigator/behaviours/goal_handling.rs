@@ -2,14 +2,17 @@
 //!
 //! The dynamic window evaluates where a trajectory ends after seconds; to stand at a station the distance itself counts.
 
+use core::f64::consts::{FRAC_PI_2, PI};
+
 use super::super::condition_timer::ConditionTimer;
 use super::super::exact_clearance::ExactClearance;
 use super::super::progress::spared_s;
+use super::super::staging::can_turn;
 use super::super::state::State;
 use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
 use super::parking::{AIM_FROM, Motion, Parking};
 use super::{Behaviour, Override, Proposal};
-use crate::geometry::{Pose, Twist, wrap_angle};
+use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
 
 /// A robot that parks leaves its goal at this many times the goal's tolerance, and drives there again.
 const LEAVES_GOAL: f64 = 2.0;
@@ -34,6 +37,8 @@ pub(super) struct GoalHandling {
     cannot_turn: ConditionTimer,
     /// The robot has tried the longer turn to the goal's yaw.
     has_turned_back: bool,
+    /// Since when the robot has had no room to turn, seconds, whether or not it turns back meanwhile.
+    held_since_s: Option<f64>,
     /// Time for which the robot parked next to people, seconds.
     waited_s: f64,
     /// Parking was blocked: the straight line to the goal keeps less than the margin. The robot parks again only within the goal's
@@ -97,15 +102,18 @@ impl Behaviour for GoalHandling {
         }
         let is_held = !has_room && is_within_xy && !is_within;
         let held_s = self.cannot_turn.update(now.time_s, is_held);
-        if held_s >= BLOCKED_S {
+        if held_s >= BLOCKED_S || is_within_xy && self.must_turn_here(state) {
             self.parking.keep_position();
         }
         if held_s >= TURNS_BACK_AFTER_S && !self.has_turned_back {
             self.has_turned_back = true;
             self.parking.turn_other_way(goal, &now.pose);
         }
-        if let Some(yaw) = goal.yaw.filter(|_| held_s >= NO_ROOM_TO_TURN_S) {
-            return Err(Fault::NoRoomToTurn { yaw, from: wrap_angle(now.pose.yaw) });
+        if is_held {
+            let since_s = *self.held_since_s.get_or_insert(now.time_s);
+            if let Some(yaw) = goal.yaw.filter(|_| now.time_s - since_s >= NO_ROOM_TO_TURN_S) {
+                return Err(Fault::NoRoomToTurn { yaw, from: wrap_angle(now.pose.yaw) });
+            }
         }
         let is_clear = has_room && is_clear_of_moving(&command, state);
         let blocked_s = self.blocked.update(now.time_s, !is_clear && !is_within_xy);
@@ -125,6 +133,26 @@ impl GoalHandling {
     fn restart(&mut self, is_hurried: bool) {
         let (parking, was_blocked) = (Parking::new(is_hurried), self.was_blocked);
         *self = Self { parking, was_blocked, ..Self::default() };
+    }
+
+    /// Whether the robot must turn to the yaw of its goal before it comes nearer: it has room to turn here, and none there.
+    fn must_turn_here(&self, state: &State<'_>) -> bool {
+        let (goal, pose, settings) = (state.goal, &state.now.pose, state.settings);
+        let Some(yaw) = goal.yaw.filter(|_| !self.parking.is_at_position()) else {
+            return false;
+        };
+        let footprint = &state.robot.footprint;
+        let reach_m =
+            footprint.body_radius_m() + settings.safety_margin_m + settings.xy_goal_tolerance;
+        let clearance = ExactClearance::new(state.field, &pose.position(), reach_m);
+        let has_room = |place: &Point, from: f64| {
+            can_turn(footprint, settings, place, &clearance, [from, yaw])
+        };
+        let nose_first = bearing(&pose.position(), &goal.position);
+        let reverses = wrap_angle(nose_first - pose.yaw).abs() > FRAC_PI_2
+            && state.limits_in_sight().min_vel_x < 0.0;
+        let arrival = if reverses { nose_first + PI } else { nose_first };
+        !has_room(&goal.position, arrival) && has_room(&pose.position(), pose.yaw)
     }
 
     /// Whether the robot is near enough to its goal to park, or parks and has not left it since.
@@ -206,7 +234,6 @@ fn horizon(command: &Twist, pose: &Pose) -> impl Iterator<Item = (Pose, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::Point;
     use crate::map::{GridFrame, MovingDisc, ObstacleGrid};
     use crate::navigator::RobotModel;
     use crate::navigator::predicted_state::PredictedState;

@@ -153,6 +153,11 @@ impl Parking {
         self.left.max(0.0) / speed + 0.5 * speed / deceleration
     }
 
+    /// Whether the robot is at the position, and only the yaw is left.
+    pub const fn is_at_position(&self) -> bool {
+        self.is_at_position
+    }
+
     /// Stays at the position where the robot is, which has no room to come nearer to that of the goal: only the yaw is left.
     pub fn keep_position(&mut self) {
         if !self.is_at_position {
