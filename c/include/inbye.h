@@ -475,7 +475,7 @@ const char *inbye_navigator_fault(const struct InbyeNavigator *navigator);
 
 /*
  Limits the speed from the next step on, m/s; infinite for no limit. A robot that is faster brakes. With a limit of zero it stands
- or turns on the spot. Limits of zones count too.
+ or turns on the spot, and this time does not count as time without progress. Limits of zones count too.
 
  Precondition: `navigator` is alive.
  */

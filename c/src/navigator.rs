@@ -209,7 +209,7 @@ pub unsafe extern "C" fn inbye_navigator_fault(navigator: *const InbyeNavigator)
 }
 
 /// Limits the speed from the next step on, m/s; infinite for no limit. A robot that is faster brakes. With a limit of zero it stands
-/// or turns on the spot. Limits of zones count too.
+/// or turns on the spot, and this time does not count as time without progress. Limits of zones count too.
 ///
 /// # Safety
 /// `navigator` is alive.

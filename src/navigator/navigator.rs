@@ -30,7 +30,7 @@ use super::state::{RobotModel, State};
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
 use super::{
-    Controller, Decision, Fault, GlobalPlanner, Goal, Mode, NavigationMap, NavigatorSettings,
+    Controller, Decision, Fault, GlobalPlanner, Mode, NavigationMap, NavigatorSettings,
     Observation, ObstacleModel, Route, Waypoints,
 };
 use crate::geometry::Point;
@@ -283,6 +283,10 @@ impl Navigator {
         if self.mode == Mode::AtWaypoint {
             self.leave_waypoint(now.time_s);
             return self.brake_from(&now.twist);
+        }
+        if self.speed_limit == Some(0.0) {
+            // The caller has paused the mission.
+            self.restart_progress();
         }
         self.set_step();
         match self.drive(&now, observation) {

@@ -31,7 +31,7 @@ fn fastest_in_zones(limits: &Limits, zones: &Zones, place: &Point) -> f64 {
 
 impl Navigator {
     /// Limits the speed everywhere, m/s; `None` for no limit. A robot that is faster brakes. With a limit of zero it stands or
-    /// turns on the spot. A limit below zero, or NaN, counts as zero.
+    /// turns on the spot, and this time does not count as time without progress. A limit below zero, or NaN, counts as zero.
     pub const fn set_speed_limit(&mut self, limit: Option<f64>) {
         self.speed_limit = match limit {
             Some(limit) => Some(limit.max(0.0)),

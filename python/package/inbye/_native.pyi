@@ -521,8 +521,8 @@ class Navigator:
     def set_speed_limit(self, limit: float | None) -> None:
         """Limit the speed from the next step on, m/s; None for no limit.
 
-        A robot that is faster brakes. With a limit of zero it stands or turns on the spot. Limits
-        of zones count too.
+        A robot that is faster brakes. With a limit of zero it stands or turns on the spot, and
+        this time does not count as time without progress. Limits of zones count too.
         """
     def set_map(self, map: Map) -> None:
         """Replace the map, in the same frame, while the robot drives.

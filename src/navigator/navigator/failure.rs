@@ -7,7 +7,7 @@ use crate::navigator::controller_host::ControllerHost;
 use crate::navigator::no_path::NoPath;
 use crate::navigator::predicted_state::PredictedState;
 use crate::navigator::state::State;
-use crate::navigator::{Fault, Mode, Route};
+use crate::navigator::{DeadlineStats, Fault, Mode, Route};
 
 impl Navigator {
     pub(super) const fn is_over(&self) -> bool {
@@ -115,6 +115,15 @@ impl Navigator {
                 100.0 * share
             )
         });
+        let late = self.deadline_stats().filter(|stats| 2 * stats.misses > stats.decisions);
+        let late = late.map(|DeadlineStats { misses, decisions, deadline_s, .. }| {
+            let deadline_ms = 1e3 * deadline_s;
+            format!(
+                "{misses} of {decisions} decisions were later than the deadline of {deadline_ms} ms"
+            )
+        });
+        let slow = (state.fastest < state.robot.limits.max_vel_x)
+            .then(|| format!("the speed is limited to {:.2} m/s here", state.fastest));
         let sees_behind = state.limits_in_sight().min_vel_x <= state.robot.limits.min_vel_x;
         let unseen = (!sees_behind).then(|| {
             "the lidar does not see the space behind the robot, which it may not enter: navigator.may_enter_unseen is false".to_owned()
@@ -122,7 +131,7 @@ impl Navigator {
         let no_reverse = (state.robot.limits.min_vel_x >= 0.0)
             .then(|| "the robot cannot reverse: robot.limits.min_vel_x is 0".to_owned());
         let why = |first: Option<String>| {
-            let causes = [people, unseen, no_reverse, dust].into_iter().flatten();
+            let causes = [people, late, slow, unseen, no_reverse, dust].into_iter().flatten();
             first.into_iter().chain(causes).collect::<Vec<_>>().join("; ")
         };
         if self.stuck_ticks.is_blocked() {

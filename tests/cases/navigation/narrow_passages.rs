@@ -15,7 +15,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 /// A room of 12 by 6 m with a wall at x = 6, which has a door around y = 3. The grid may be turned.
-fn room(door_m: f64, yaw: f64) -> ObstacleGrid {
+pub(super) fn room(door_m: f64, yaw: f64) -> ObstacleGrid {
     let frame =
         GridFrame { width: 240, height: 120, resolution_m: 0.05, origin: Pose::new(0.0, 0.0, yaw) };
     let mut obstacles = ObstacleGrid::filled(frame, false);
@@ -270,7 +270,7 @@ fn drive(obstacles: &ObstacleGrid, start: Pose, goal: Point) -> MissionResult {
     drive_with(&Config::default(), obstacles, start, goal)
 }
 
-fn drive_with(
+pub(super) fn drive_with(
     config: &Config,
     obstacles: &ObstacleGrid,
     start: Pose,
@@ -280,7 +280,7 @@ fn drive_with(
 }
 
 /// A drive to the last goal, by the others as stops.
-fn drive_to(
+pub(super) fn drive_to(
     config: &Config,
     obstacles: &ObstacleGrid,
     start: Pose,

@@ -84,6 +84,20 @@ fn speed_limit_of_zero_or_less_brakes_and_stops_the_robot() {
     }
 }
 
+/// The robot does not give up after the time without progress that it may have, 90 s, but goes on.
+#[test]
+fn speed_limit_of_zero_pauses_the_mission() {
+    let mut navigator = navigator();
+    navigator.set_speed_limit(Some(0.0));
+    for second in 0..200 {
+        let decision = navigator.step(&observation(f64::from(second), Twist::STOP));
+        assert_ne!(decision.mode, Mode::Failed, "after {second} s: {:?}", navigator.fault());
+    }
+    navigator.set_speed_limit(None);
+    let decision = navigator.step(&observation(200.0, Twist::STOP));
+    assert!(decision.command.linear > 0.0, "{decision:?}");
+}
+
 #[test]
 fn late_observation_lets_the_robot_brake_for_the_time_since_the_one_before() {
     for elapsed_s in [0.1, 0.25, 0.5] {
