@@ -213,7 +213,9 @@ impl SessionCore {
     /// Takes the pending command as ticks per second of the controller's channels.
     pub fn take_rates(&mut self) -> [f64; 2] {
         self.is_pending = false;
-        self.settings.channel_rates(&self.target_speeds())
+        let speeds = self.target_speeds();
+        self.encoder_speed.command(&speeds);
+        self.settings.channel_rates(&speeds)
     }
 
     /// Commands zero velocity.
