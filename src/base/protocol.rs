@@ -32,6 +32,9 @@ words! {
     }
 }
 
+/// Time after a release in which the base may still report its stop, seconds: command and report take time, and may be damaged.
+pub(super) const RELEASE_GRACE_S: f64 = 0.5;
+
 impl Protocol {
     /// Whether a base with the published firmware stops by itself when commands cease.
     #[must_use]
