@@ -46,8 +46,8 @@ settings! {
     }
 }
 
-/// Longest valid answer line, bytes: two signed 32-bit integers.
-const MAX_LINE: usize = 24;
+/// Longest valid answer line, bytes: two signed 32-bit integers of eleven characters, a space and the line end.
+const MAX_LINE: usize = 25;
 
 /// An answer of the firmware.
 #[doc(hidden)]
@@ -352,5 +352,22 @@ impl DeviceProtocol for ArduinoDevice {
 
     fn command_stats(&self) -> CommandStats {
         self.commands.stats()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn longest_answer_is_taken() {
+        let mut session = ArduinoSession::new(BaseSettings::default()).expect("valid settings");
+        session.transmit(0.0, &mut Vec::new());
+        let answer = format!("{0} {0}\r\n", i32::MIN);
+        assert_eq!(answer.len(), MAX_LINE);
+        session.receive(answer.as_bytes(), 0.01);
+        let counts = session.latest().and_then(|latest| latest.feedback.encoder_counts);
+        assert_eq!(counts.map(|counts| counts.left), Some(1 << 31));
+        assert_eq!(session.counters().dropped_bytes, 0);
     }
 }

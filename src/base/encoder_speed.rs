@@ -14,6 +14,16 @@ const SPEED_MARGIN: f64 = 1.5;
 /// Time by which readings may be early or late, seconds: a USB adapter delays bytes for up to 16 ms, and a busy host longer.
 const JITTER_S: f64 = 0.05;
 
+/// Time between two readings in which a base can have lost its power and started again, seconds.
+const OUTAGE_S: f64 = 0.15;
+
+/// Travel of each track from zero within which the first reading after a reset of the counters lies, metres: a base without power coasts,
+/// and gets its next command soon after it has started.
+const NEAR_ZERO_M: f64 = 0.25;
+
+/// Travel beyond that of the commanded and measured speeds that is no sign of a reset, metres: a base sways when it stops.
+const SWAY_M: f64 = 0.05;
+
 /// Number of consecutive rejected readings that agree with one another after which the counter itself has jumped.
 const CONSISTENT_READINGS: u32 = 3;
 
@@ -25,6 +35,35 @@ struct Reading {
     time_s: f64,
     /// Time at which it was made at the earliest, seconds.
     earliest_s: f64,
+    /// Speeds that the tracks may have had since the reading before.
+    range: SpeedRange,
+}
+
+/// The lowest and the highest speed that each track may have had, m/s. Zero is always among them: a base may stand.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SpeedRange {
+    lowest: TrackSpeeds,
+    highest: TrackSpeeds,
+}
+
+impl SpeedRange {
+    /// Extends the range to these speeds, m/s.
+    pub(super) fn include(&mut self, speeds: &TrackSpeeds) {
+        self.join(&Self { lowest: *speeds, highest: *speeds });
+    }
+
+    fn join(&mut self, other: &Self) {
+        self.lowest = self.lowest.zip(other.lowest, f64::min);
+        self.highest = self.highest.zip(other.highest, f64::max);
+    }
+
+    /// Whether both tracks can have travelled this distance, metres, in this time, seconds.
+    fn explains(&self, travelled_m: &PerTrack<f64>, elapsed_s: f64) -> bool {
+        let farthest_m = |speed: f64| SPEED_MARGIN * speed * (elapsed_s + JITTER_S);
+        let above = travelled_m.zip(self.lowest, |m, lowest| m >= farthest_m(lowest) - SWAY_M);
+        let below = travelled_m.zip(self.highest, |m, highest| m <= farthest_m(highest) + SWAY_M);
+        above.left && above.right && below.left && below.right
+    }
 }
 
 /// Derives speeds from recent readings of both encoders.
@@ -39,6 +78,9 @@ pub(super) struct EncoderSpeed {
     arrived_s: Option<f64>,
     rejections: u64,
     has_jumped: bool,
+    /// The last command, and all speeds that the tracks may have had since the last reading that was taken.
+    commanded: TrackSpeeds,
+    range: SpeedRange,
 }
 
 impl EncoderSpeed {
@@ -51,14 +93,22 @@ impl EncoderSpeed {
             arrived_s: None,
             rejections: 0,
             has_jumped: false,
+            commanded: TrackSpeeds::default(),
+            range: SpeedRange::default(),
         }
     }
 
+    /// Takes the speeds, m/s, of a command that goes to the base.
+    pub(super) fn command(&mut self, speeds: &TrackSpeeds) {
+        self.commanded = *speeds;
+        self.range.include(speeds);
+    }
+
     /// Takes the counts of both tracks at a time by the base's clock, seconds, and returns their speeds. Returns none if no track
-    /// can have run that far since the last reading, or if time ran backwards. The third consecutive rejected reading that agrees
+    /// can have run that far since the last reading, if time ran backwards, or if the counters seem to have been reset. The third consecutive rejected reading that agrees
     /// with the others restarts the measurement and sets [`Faults::ENCODER`].
     pub(super) fn update(&mut self, counts: PerTrack<u32>, time_s: f64) -> Option<TrackSpeeds> {
-        self.take(Reading { counts, time_s, earliest_s: time_s })
+        self.take(Reading { counts, time_s, earliest_s: time_s, range: self.range })
     }
 
     /// As [`Self::update`], for an answer of a base without a clock, with its time of arrival, seconds.
@@ -71,7 +121,7 @@ impl EncoderSpeed {
         arrived_s: f64,
     ) -> Option<TrackSpeeds> {
         let earliest_s = self.arrived_s.replace(arrived_s).unwrap_or(arrived_s);
-        self.take(Reading { counts, time_s: arrived_s, earliest_s })
+        self.take(Reading { counts, time_s: arrived_s, earliest_s, range: self.range })
     }
 
     fn take(&mut self, reading: Reading) -> Option<TrackSpeeds> {
@@ -102,17 +152,32 @@ impl EncoderSpeed {
         }
         let first = self.readings[0];
         let elapsed_s = time_s - first.time_s;
-        if elapsed_s <= 0.0 {
-            return Some(TrackSpeeds::default());
-        }
         let travelled_m = travel_m(&first.counts, &counts, &self.ticks_per_m);
-        Some(travelled_m.map(|travelled_m| travelled_m / elapsed_s))
+        let speed = |travelled_m: f64| if elapsed_s > 0.0 { travelled_m / elapsed_s } else { 0.0 };
+        let speeds = travelled_m.map(speed);
+        self.range = SpeedRange::default();
+        self.range.include(&self.commanded);
+        self.range.include(&speeds);
+        Some(speeds)
     }
 
-    /// Whether the tracks can have run from one reading to the next.
+    /// Whether the tracks can have run from one reading to the next, and the counters were not reset in between.
     fn is_plausible(&self, before: &Reading, now: &Reading) -> bool {
         let travelled_m = travel_m(&before.counts, &now.counts, &self.ticks_per_m);
-        is_plausible_travel(&travelled_m, now.time_s - before.earliest_s, self.max_speed_m_s)
+        let elapsed_s = now.time_s - before.earliest_s;
+        if elapsed_s <= OUTAGE_S {
+            return is_plausible_travel(&travelled_m, elapsed_s, self.max_speed_m_s);
+        }
+        // Readings that waited for a busy host arrive together: the speeds of all recent ones count.
+        let mut range = now.range;
+        self.readings.iter().for_each(|reading| range.join(&reading.range));
+        is_plausible_travel(&travelled_m, elapsed_s, self.max_speed_m_s)
+            && !are_counters_reset(
+                (&before.counts, &now.counts),
+                &self.ticks_per_m,
+                &range,
+                elapsed_s,
+            )
     }
 
     /// Number of rejected readings.
@@ -137,8 +202,24 @@ pub(super) fn is_plausible_travel(
     elapsed_s: f64,
     max_speed_m_s: f64,
 ) -> bool {
-    let farther_m = travelled_m.left.abs().max(travelled_m.right.abs());
-    elapsed_s >= 0.0 && farther_m <= max_speed_m_s * (elapsed_s + JITTER_S)
+    elapsed_s >= 0.0 && farther(travelled_m) <= max_speed_m_s * (elapsed_s + JITTER_S)
+}
+
+/// Whether a base without power has lost its counts between two readings, the earlier one first: both counters are near zero, and the
+/// tracks cannot have travelled there at the speeds of the range in this time, seconds.
+pub(super) fn are_counters_reset(
+    (before, now): (&PerTrack<u32>, &PerTrack<u32>),
+    ticks_per_m: &PerTrack<f64>,
+    range: &SpeedRange,
+    elapsed_s: f64,
+) -> bool {
+    farther(&travel_m(&PerTrack::both(0), now, ticks_per_m)) <= NEAR_ZERO_M
+        && !range.explains(&travel_m(before, now, ticks_per_m), elapsed_s)
+}
+
+/// Distance of the track that travelled farther, in either direction.
+fn farther(travelled_m: &PerTrack<f64>) -> f64 {
+    travelled_m.left.abs().max(travelled_m.right.abs())
 }
 
 /// The highest plausible speed of a track, m/s.
@@ -170,6 +251,64 @@ mod tests {
             assert!(speed.update(PerTrack::both(100 * tick), 0.02 * f64::from(tick)).is_some());
         }
         assert!(speed.readings.len() <= 7, "{}", speed.readings.len());
+    }
+
+    /// Readings every 20 ms of a base that was commanded 0.3 m/s and drove for 3 s, then one after an outage, as metres of both tracks.
+    fn after_outage(outage_s: f64, commanded: f64, metres: [f64; 2]) -> (EncoderSpeed, [bool; 3]) {
+        let mut speed = encoder_speed();
+        let counts = |metres: f64| (10_000.0 * metres) as i64 as u32;
+        for step in 0..=150 {
+            let now_s = 0.02 * f64::from(step);
+            speed.command(&PerTrack::both(0.3));
+            let counts = counts(0.3 * now_s);
+            assert!(speed.update_on_arrival(PerTrack::both(counts), now_s).is_some());
+        }
+        speed.command(&PerTrack::both(commanded));
+        let taken = [0.0, 0.02, 0.04].map(|later_s| {
+            let [left, right] = metres.map(|metres| counts(metres + commanded * later_s));
+            let now_s = 3.0 + outage_s + later_s;
+            speed.update_on_arrival(PerTrack::new(left, right), now_s).is_some()
+        });
+        (speed, taken)
+    }
+
+    /// At 1.875 m/s a track can run from 0.9 m to zero in 0.43 s.
+    #[test]
+    fn counters_that_were_reset_in_an_outage_are_no_motion() {
+        for outage_s in [0.15, 0.45, 1.0, 5.0] {
+            for (metres, commanded) in [([0.0; 2], 0.3), ([0.02, 0.03], 0.3), ([0.0; 2], 0.0)] {
+                let (speed, taken) = after_outage(outage_s, commanded, metres);
+                assert_eq!(taken, [false, false, true], "{outage_s} s, {metres:?} m");
+                assert_eq!(speed.faults(), Faults::ENCODER);
+            }
+        }
+    }
+
+    /// A base that drove on, braked, sways, or was pushed where its counters are far from zero.
+    #[test]
+    fn motion_in_an_outage_is_no_reset() {
+        for (outage_s, metres) in [
+            (0.45, [1.03, 1.03]),
+            (0.45, [0.94, 0.94]),
+            (0.45, [0.88, 0.88]),
+            (2.0, [1.6, 1.4]),
+            (2.0, [0.5, 0.3]),
+        ] {
+            for commanded in [0.3, 0.0] {
+                let (speed, taken) = after_outage(outage_s, commanded, metres);
+                assert_eq!((taken, speed.faults()), ([true; 3], Faults::NONE), "{metres:?} m");
+            }
+        }
+    }
+
+    /// It was commanded to reverse before the outage, and reached its start.
+    #[test]
+    fn commanded_return_to_the_start_is_no_reset() {
+        let mut speed = encoder_speed();
+        assert!(speed.update(PerTrack::both(9000), 0.0).is_some());
+        speed.command(&PerTrack::both(-0.8));
+        assert!(speed.update(PerTrack::both(1000), 1.0).is_some());
+        assert_eq!(speed.faults(), Faults::NONE);
     }
 
     /// A base at 1 m/s is asked every 20 ms. The answers wait for a host that is busy for 0.3 s, and arrive together.

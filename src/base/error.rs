@@ -39,9 +39,10 @@ pub enum BaseError {
         /// Name of the port.
         port: String,
     },
-    /// The name of a port leads to another device than the one that was opened first. Nothing was sent to it.
+    /// The name of a port leads to another device than the one that was opened first. Nothing was sent to it. The port is opened again
+    /// once the name leads to the first device.
     #[error(
-        "{port}: another device has this name: it was {was}, it is {now}: check the cables, then start again"
+        "{port}: another device has this name: it was {was}, it is {now}: connect the first one again; to use the other one, start again"
     )]
     OtherDevice {
         /// Name of the port.

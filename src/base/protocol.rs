@@ -32,6 +32,9 @@ words! {
     }
 }
 
+/// Time after a release in which the base may still report its stop, seconds: command and report take time, and may be damaged.
+pub(super) const RELEASE_GRACE_S: f64 = 0.5;
+
 impl Protocol {
     /// Whether a base with the published firmware stops by itself when commands cease.
     #[must_use]
@@ -213,7 +216,9 @@ impl SessionCore {
     /// Takes the pending command as ticks per second of the controller's channels.
     pub fn take_rates(&mut self) -> [f64; 2] {
         self.is_pending = false;
-        self.settings.channel_rates(&self.target_speeds())
+        let speeds = self.target_speeds();
+        self.encoder_speed.command(&speeds);
+        self.settings.channel_rates(&speeds)
     }
 
     /// Commands zero velocity.

@@ -32,6 +32,10 @@ const LINE_PERIOD: Duration = Duration::from_millis(100);
 /// Speed below which a base stands, m/s and rad/s.
 const STANDSTILL: f64 = 0.01;
 
+/// Warning about a pose and a distance that lack a motion.
+pub const UNCERTAIN_ODOMETRY: &str = "the encoder counts jumped or were reset, or no speeds were reported for a time: the pose by \
+    odometry and the distance lack the motion of that time";
+
 /// `inbye base`.
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  inbye base emulate --protocol native --for 1 --json\n\n\
@@ -267,6 +271,9 @@ pub fn send(arguments: &SendArguments) -> anyhow::Result<bool> {
     // The ramp first: the end of the supervisor commands zero at once.
     drive_while(&supervisor, &Twist::STOP, |_, status| !status.sent.is_below(STANDSTILL));
     let status = supervisor.end();
+    if status.is_odometry_uncertain {
+        output::warn(UNCERTAIN_ODOMETRY);
+    }
     let interrupted = !status.is_running;
     let stopped = stop_cause(&status);
     let done = stopped.is_none() && !interrupted;
@@ -360,6 +367,7 @@ fn status_object(status: &SupervisorStatus) -> Value {
         "feedback": status.feedback.as_ref().map(feedback_object),
         "pose": status.pose,
         "travelled_m": status.travelled_m,
+        "odometry_uncertain": status.is_odometry_uncertain,
         "counters": status.counters,
         "last_failure": status.last_failure.as_ref().map(ToString::to_string),
     })

@@ -40,13 +40,23 @@ pub struct EmulatedSurroundings {
     observed: Observed,
 }
 
-/// A fault of what is not emulated would do nothing.
+/// Refuses options that would do nothing.
 fn check_faults(arguments: &EmulateArguments) -> anyhow::Result<()> {
-    for fault in arguments.fault.iter().map(|scheduled| scheduled.fault) {
-        let is_carried = fault == InjectedFault::Carried;
+    let is_carried =
+        arguments.fault.iter().any(|scheduled| scheduled.fault == InjectedFault::Carried);
+    ensure!(
+        is_carried || arguments.carry_to.is_none(),
+        "--carry-to: nothing carries the robot there: add --fault {}@SECONDS",
+        InjectedFault::Carried
+    );
+    for &ScheduledFault { fault, from_s, to_s } in &arguments.fault {
         ensure!(
-            !is_carried || arguments.carry_to.is_some(),
+            fault != InjectedFault::Carried || arguments.carry_to.is_some(),
             "--fault {fault}: the place is missing: add --carry-to"
+        );
+        ensure!(
+            !fault.is_instant() || to_s.is_infinite(),
+            "--fault {fault}@{from_s}..{to_s}: this fault has no end: write {fault}@{from_s}"
         );
         ensure!(
             !fault.is_of_lidar() || arguments.lidar_map.is_some(),

@@ -171,6 +171,9 @@ impl HardwareDrive {
             }
         }
         lines.extend(status.last_failure.iter().map(|why| format!("line failed  {why}")));
+        if status.is_odometry_uncertain {
+            lines.push(format!("odometry     {}", base::UNCERTAIN_ODOMETRY));
+        }
         let cause = stop_cause(&status);
         let is_sound = cause.is_none();
         if let Some(why) = cause {

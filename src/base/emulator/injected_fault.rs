@@ -101,6 +101,12 @@ impl InjectedFault {
         )
     }
 
+    /// Whether it happens once, at its start, so that it has no end.
+    #[must_use]
+    pub const fn is_instant(self) -> bool {
+        matches!(self, Self::PortReplaced | Self::Carried)
+    }
+
     /// The protocols with which the fault has an effect: those that report its sensor. Other faults have one with every
     /// protocol.
     #[must_use]

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
+use super::revolutions::MIN_SPEED_DEG_S;
 use super::{Decoder, LidarSettings, RevolutionAssembler};
 use crate::base::BaseError;
 use crate::base::error::is_timeout;
@@ -26,9 +27,6 @@ const MAX_GAP: Duration = Duration::from_millis(500);
 
 /// Number of bytes without a packet after which another device or baud rate is assumed.
 const UNKNOWN_DATA_BYTES: u64 = 2_000;
-
-/// Lowest speed of a rotating lidar, degrees per second.
-const MIN_SPEED_DEG_S: u16 = 360;
 
 /// Opens the lidar's port, also after a disconnection. Its reads block for a short time only.
 pub type OpenLidar = Box<dyn FnMut() -> Result<Box<dyn Read + Send>, BaseError> + Send>;
@@ -148,7 +146,7 @@ impl LidarReader {
             None
         } else if shared.unknown_bytes > UNKNOWN_DATA_BYTES {
             Some(LidarFault::UnknownData)
-        } else if shared.status.packets > 0 && shared.speed_deg_s < MIN_SPEED_DEG_S {
+        } else if shared.status.packets > 0 && f64::from(shared.speed_deg_s) < MIN_SPEED_DEG_S {
             Some(LidarFault::NotRotating)
         } else {
             Some(LidarFault::Silent { for_s })
@@ -216,6 +214,7 @@ impl ReadLoop {
     fn receive(&mut self, bytes: &[u8]) {
         let now_s = self.started.elapsed().as_secs_f64();
         self.decoder.push(bytes);
+        let dropped_before = self.decoder.dropped_bytes();
         let mut shared = lock(&self.shared);
         shared.unknown_bytes += bytes.len() as u64;
         for packet in self.decoder.by_ref() {
@@ -228,7 +227,8 @@ impl ReadLoop {
                 shared.status.scan = Some(Arc::new(scan));
             }
         }
-        shared.status.dropped_bytes = self.decoder.dropped_bytes();
+        // The decoder is a new one after each reconnection.
+        shared.status.dropped_bytes += self.decoder.dropped_bytes() - dropped_before;
     }
 
     fn disconnect(&mut self, reason: String) {

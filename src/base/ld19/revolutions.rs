@@ -15,8 +15,11 @@ const MAX_GAP_MS: u16 = 100;
 /// Largest relative drift of the two clocks: typical crystals are a hundred times better.
 const MAX_DRIFT: f64 = 1e-3;
 
-/// Longest revolution, seconds: a slower lidar counts as not rotating.
+/// Longest revolution, seconds.
 const MAX_REVOLUTION_S: f64 = 0.5;
+
+/// Speed below which a lidar counts as not rotating, degrees per second: no revolution of it would be complete.
+pub(super) const MIN_SPEED_DEG_S: f64 = 360.0 / MAX_REVOLUTION_S;
 
 /// Most points of a revolution that are kept: no lidar of this family makes as many.
 const MAX_POINTS: usize = 4096;

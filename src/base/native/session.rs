@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::frames::{Command, Decoder, Report};
 use super::{BAUD, REPORT_PERIOD_S, WATCHDOG_S};
-use crate::base::protocol::{CommandCounter, ReportTimer, SessionCore};
+use crate::base::protocol::{CommandCounter, RELEASE_GRACE_S, ReportTimer, SessionCore};
 use crate::base::{
     BaseError, BaseSettings, CommandStats, DeviceProtocol, Faults, Feedback, MachineState, Session,
 };
@@ -18,7 +18,7 @@ const MAX_UNACKNOWLEDGED: usize = 256;
 pub struct NativeSession {
     core: SessionCore,
     stop: bool,
-    release: bool,
+    release: Release,
     sequence: u16,
     decoder: Decoder<Report>,
     clock: DeviceClock,
@@ -26,6 +26,20 @@ pub struct NativeSession {
     reported: Option<u16>,
     /// Sequence and sending time of each command that the base has not acknowledged, the oldest first.
     unacknowledged: VecDeque<(u16, f64)>,
+}
+
+/// The end of the base's latched stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Release {
+    None,
+    /// To be sent.
+    Due,
+    /// Each command repeats it, because one may be damaged, until the base acknowledges one of them. `first` is the sequence of the
+    /// first one, `at_s` its time, seconds.
+    Unacknowledged {
+        first: u16,
+        at_s: f64,
+    },
 }
 
 /// Unwraps the controller's millisecond clock.
@@ -53,7 +67,7 @@ impl NativeSession {
         Ok(Self {
             core: SessionCore::new(settings)?,
             stop: false,
-            release: false,
+            release: Release::None,
             sequence: 0,
             decoder: Decoder::default(),
             clock: DeviceClock::default(),
@@ -68,9 +82,28 @@ impl NativeSession {
         // A later command's echo also covers commands that were lost.
         if let Some(index) = self.unacknowledged.iter().position(|(number, _)| *number == echo) {
             self.unacknowledged.drain(..=index);
+            if let Release::Unacknowledged { first, .. } = self.release
+                && (echo.wrapping_sub(first) as i16) >= 0
+            {
+                // The base has ended its stop, or refused to.
+                self.release = Release::None;
+            }
         }
         let oldest_s = self.unacknowledged.front().map_or(now_s, |(_, sent_s)| *sent_s);
         Some(now_s - oldest_s)
+    }
+
+    /// Whether the command with the present sequence releases the stop. The release is not repeated for longer than its grace time: a stop
+    /// that comes later is another one.
+    fn releases(&mut self, now_s: f64) -> bool {
+        self.release = match self.release {
+            Release::Due => Release::Unacknowledged { first: self.sequence, at_s: now_s },
+            Release::Unacknowledged { at_s, .. } if now_s - at_s >= RELEASE_GRACE_S => {
+                Release::None
+            }
+            release => release,
+        };
+        self.release != Release::None
     }
 
     fn feedback(&mut self, report: &Report, command_delay_s: Option<f64>) -> Option<Feedback> {
@@ -126,12 +159,11 @@ impl Session for NativeSession {
         }
         let rates = self.core.take_rates();
         self.sequence = self.sequence.wrapping_add(1);
-        let stands = self.stop || self.release;
+        let release = self.releases(now_s);
+        let stands = self.stop || release;
         // The cast saturates.
         let speeds = if stands { [0, 0] } else { rates.map(|rate| rate.round() as i32) };
-        let command =
-            Command { sequence: self.sequence, stop: self.stop, release: self.release, speeds };
-        self.release = false;
+        let command = Command { sequence: self.sequence, stop: self.stop, release, speeds };
         if self.unacknowledged.len() == MAX_UNACKNOWLEDGED {
             self.unacknowledged.pop_front();
         }
@@ -142,13 +174,13 @@ impl Session for NativeSession {
     fn engage_stop(&mut self) {
         self.core.stop();
         self.stop = true;
-        self.release = false;
+        self.release = Release::None;
     }
 
     fn release(&mut self) {
         self.core.release();
         self.stop = false;
-        self.release = true;
+        self.release = Release::Due;
     }
 }
 

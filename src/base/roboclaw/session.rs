@@ -124,6 +124,8 @@ impl RoboClawSession {
         let counts = self.core.settings.track_counts([first, second]);
         // The controller's speeds are more accurate, but implausible counts invalidate the whole answer.
         if self.core.encoder_speed.update_on_arrival(counts, now_s).is_none() {
+            // They may be those of a controller that was restarted and has lost its watchdog setting.
+            self.watchdog = Watchdog::Unconfirmed;
             return;
         }
         let speeds = [first_speed, second_speed].map(|speed| f64::from(speed as i32));

@@ -1,7 +1,6 @@
 //! The supervisor's connection to the base: opened, used, closed with zero commands, reopened.
 
-use super::SupervisorSettings;
-use super::safety::OutgoingCommand;
+use super::{OutgoingCommand, SupervisorSettings};
 use crate::base::{Base, BaseError, Feedback};
 use crate::geometry::Twist;
 

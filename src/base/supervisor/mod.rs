@@ -28,6 +28,7 @@
 
 mod command_rejected;
 mod connection;
+mod drive_status;
 mod odometer;
 mod safety;
 mod standstill;
@@ -36,7 +37,8 @@ mod thread;
 pub use command_rejected::CommandRejected;
 pub(super) use connection::Backoff;
 pub use connection::OpenBase;
-pub use safety::{DriveStatus, OutgoingCommand, SafetyController};
+pub use drive_status::{DriveStatus, OutgoingCommand};
+pub use safety::SafetyController;
 pub use thread::{BaseSupervisor, ScanSource, SupervisorCounters, SupervisorStatus};
 
 use serde::{Deserialize, Serialize};

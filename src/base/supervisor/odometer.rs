@@ -1,9 +1,11 @@
 //! Pose of a base from its reports: from its encoders if it has them, else from its speeds.
 
-use crate::base::encoder_speed::{is_plausible_travel, max_plausible_speed};
-use crate::base::{BaseSettings, Feedback};
+use crate::base::encoder_speed::{
+    SpeedRange, are_counters_reset, is_plausible_travel, max_plausible_speed,
+};
+use crate::base::{BaseSettings, Faults, Feedback};
 use crate::geometry::Pose;
-use crate::robot::{PerTrack, TrackOdometry, travel_m};
+use crate::robot::{PerTrack, TrackOdometry, TrackedDrive, travel_m};
 
 /// Longest time a reported speed is integrated over, seconds: ten reports of the slowest controller.
 const MAX_STEP_S: f64 = 0.5;
@@ -11,32 +13,39 @@ const MAX_STEP_S: f64 = 0.5;
 /// Integrates a base's reports to a pose relative to the first report.
 #[derive(Clone, Debug)]
 pub(super) struct Odometer {
+    drive: TrackedDrive,
     tracks: TrackOdometry,
     ticks_per_m: PerTrack<f64>,
     max_speed_m_s: f64,
-    /// Time and counts of the last report before an interruption.
-    before: Option<(f64, PerTrack<u32>)>,
-    /// The latest counts, for a base with encoders.
-    counts: Option<PerTrack<u32>>,
+    /// Time and counts of the last report before an interruption, with its speeds.
+    before: Option<(f64, (PerTrack<u32>, SpeedRange))>,
+    /// The latest counts, for a base with encoders, with the speeds reported then.
+    latest: Option<(PerTrack<u32>, SpeedRange)>,
     /// Time of the newest report.
     last_s: Option<f64>,
     /// The pose integrated from speeds, for a base without encoders.
     by_speeds: Option<Pose>,
     travelled_m: f64,
+    /// Whether the latest report has [`Faults::ENCODER`].
+    has_encoder_fault: bool,
+    is_uncertain: bool,
 }
 
 impl Odometer {
     /// Creates an odometer without reports. The settings are valid.
     pub(super) fn new(base: &BaseSettings) -> Self {
         Self {
+            drive: base.drive(),
             tracks: TrackOdometry::new(base.drive(), base.ticks_per_m, Pose::default()),
             ticks_per_m: base.ticks_per_m,
             max_speed_m_s: max_plausible_speed(base),
             before: None,
-            counts: None,
+            latest: None,
             last_s: None,
             by_speeds: None,
             travelled_m: 0.0,
+            has_encoder_fault: false,
+            is_uncertain: false,
         }
     }
 
@@ -49,8 +58,16 @@ impl Odometer {
         self.last_s = Some(before_s.max(stamp_s));
         let elapsed_s = stamp_s - before_s;
         if let Some(counts) = feedback.encoder_counts {
-            self.resume(&counts, stamp_s);
-            self.counts = Some(counts);
+            let has_fault = feedback.faults.contains(Faults::ENCODER);
+            let has_jumped = has_fault && !self.has_encoder_fault;
+            self.has_encoder_fault = has_fault;
+            if self.is_reset(&counts, stamp_s) || has_jumped {
+                self.tracks.reset_counters();
+                self.is_uncertain = true;
+            }
+            let mut range = SpeedRange::default();
+            range.include(&self.drive.tracks(&feedback.twist));
+            self.latest = Some((counts, range));
             self.travelled_m += self.tracks.update(counts).linear.abs();
             return;
         }
@@ -65,25 +82,29 @@ impl Odometer {
     /// Marks the start of a time without reports. The encoder counts afterwards give the motion meanwhile; without encoders,
     /// or after a counter reset, that motion is unknown and counts as zero.
     pub(super) fn interrupt(&mut self) {
-        self.before = self.last_s.take().zip(self.counts).or(self.before);
+        self.is_uncertain |= self.by_speeds.is_some();
+        self.before = self.last_s.take().zip(self.latest).or(self.before);
     }
 
-    /// Continues from the counts before an interruption, if the tracks can have run that far meanwhile.
-    fn resume(&mut self, counts: &PerTrack<u32>, stamp_s: f64) {
-        if let Some((before_s, before)) = self.before.take()
-            && !is_plausible_travel(
-                &travel_m(&before, counts, &self.ticks_per_m),
-                stamp_s - before_s,
-                self.max_speed_m_s,
-            )
-        {
-            self.tracks.reset_counters();
-        }
+    /// Whether the first counts after an interruption do not continue those before it: the tracks cannot have run that far meanwhile, or
+    /// the counters were reset.
+    fn is_reset(&mut self, counts: &PerTrack<u32>, stamp_s: f64) -> bool {
+        self.before.take().is_some_and(|(before_s, (before, range))| {
+            let (elapsed_s, per_m) = (stamp_s - before_s, &self.ticks_per_m);
+            let travelled_m = travel_m(&before, counts, per_m);
+            !is_plausible_travel(&travelled_m, elapsed_s, self.max_speed_m_s)
+                || are_counters_reset((&before, counts), per_m, &range, elapsed_s)
+        })
     }
 
     /// Pose relative to the first report.
     pub(super) fn pose(&self) -> Pose {
         self.by_speeds.unwrap_or(*self.tracks.pose())
+    }
+
+    /// Whether pose and distance lack a motion: counters jumped or were reset, or a base without encoders did not report for a time.
+    pub(super) const fn is_uncertain(&self) -> bool {
+        self.is_uncertain
     }
 
     /// Distance travelled by the base's centre, forwards and backwards, metres.
@@ -139,6 +160,55 @@ mod tests {
         odometer.update(&at(90_100), 6.1);
         assert!((x_m(&odometer) - 0.91).abs() < 1e-12, "{odometer:?}");
         assert!((odometer.travelled_m() - 0.91).abs() < 1e-12);
+    }
+
+    /// A base that drove 1.5 m at 0.3 m/s, and was without power for 2 s: in this time a track can run 3.8 m.
+    #[test]
+    fn counters_reset_in_an_interruption_are_no_motion() {
+        for (count, x_m, travelled_m) in [
+            (0, 1.5, 1.5),
+            (300, 1.5, 1.5),
+            (19_000, 1.9, 1.9),
+            (15_000, 1.5, 1.5),
+            (14_000, 1.4, 1.6),
+        ] {
+            let mut odometer = Odometer::new(&BaseSettings::default());
+            let twist = Twist::new(0.3, 0.0);
+            let at = |count| Feedback {
+                twist,
+                encoder_counts: Some(PerTrack::both(count)),
+                ..Feedback::default()
+            };
+            for step in 0..=50_u32 {
+                odometer.update(&at(300 * step), 0.1 * f64::from(step));
+            }
+            odometer.interrupt();
+            odometer.update(&at(count), 7.0);
+            assert!((odometer.pose().x - x_m).abs() < 1e-12, "{count}: {odometer:?}");
+            assert!((odometer.travelled_m() - travelled_m).abs() < 1e-12, "{count}: {odometer:?}");
+            assert_eq!(odometer.is_uncertain(), count < 1000, "{count}");
+        }
+    }
+
+    /// The session has accepted counts that jumped, and says so.
+    #[test]
+    fn counters_that_jump_with_a_fault_are_no_motion() {
+        let mut odometer = Odometer::new(&BaseSettings::default());
+        let at = |count, faults| Feedback {
+            encoder_counts: Some(PerTrack::both(count)),
+            faults,
+            ..Feedback::default()
+        };
+        odometer.update(&at(0, Faults::NONE), 0.0);
+        odometer.update(&at(9000, Faults::NONE), 1.0);
+        assert!(!odometer.is_uncertain());
+        odometer.update(&at(20, Faults::ENCODER), 1.1);
+        odometer.update(&at(120, Faults::ENCODER), 1.2);
+        assert!((odometer.pose().x - 0.91).abs() < 1e-12, "{odometer:?}");
+        assert!((odometer.travelled_m() - 0.91).abs() < 1e-12 && odometer.is_uncertain());
+        odometer.update(&at(220, Faults::NONE), 1.3);
+        odometer.update(&at(0, Faults::ENCODER), 1.4);
+        assert!((odometer.pose().x - 0.92).abs() < 1e-12, "{odometer:?}");
     }
 
     /// A report every 0.05 s, as of WHEELTEC, which is read every 0.02 s.

@@ -1,8 +1,10 @@
 //! The safety policy of the supervisor: which command goes to the base now. No thread, no port, no clock.
 
 use super::standstill::Standstill;
-use super::{CommandRejected, SupervisorSettings};
+use super::{CommandRejected, DriveStatus, OutgoingCommand, SupervisorSettings};
+use crate::base::encoder_speed::max_plausible_speed;
 use crate::base::fault_detector::{BaseSample, FaultDetector};
+use crate::base::protocol::RELEASE_GRACE_S;
 use crate::base::{
     BaseError, BaseSettings, Faults, Feedback, OperatorState, ProtectiveAction, ProtectiveLayer,
     StopCause,
@@ -20,52 +22,8 @@ const LAG_S: f64 = 0.2;
 /// Time beyond braking for a base to come to a standstill after the end of its commands, seconds.
 const SETTLING_S: f64 = 1.0;
 
-/// Time after a release in which the base may still report its stop, seconds: command and report take time.
-const RELEASE_GRACE_S: f64 = 0.5;
-
 /// Least time between two reports of a base, seconds.
 const MIN_LATER_S: f64 = 0.001;
-
-/// What goes to the base.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum OutgoingCommand {
-    /// A motion, ramped and within the tracks' limits.
-    Drive(Twist),
-    /// The latched stop.
-    EngageStop,
-    /// The end of the latched stop, sent once.
-    ReleaseStop,
-}
-
-/// What the base is commanded to do, and why.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub enum DriveStatus {
-    /// Stands: no target was set.
-    #[default]
-    NoTarget,
-    /// Follows the target.
-    Driving,
-    /// Brakes and stands: the target has expired.
-    TargetExpired {
-        /// Age of the target, seconds.
-        age_s: f64,
-    },
-    /// Stands after a gap until there is a target that is newer than the end of the gap.
-    Restarting,
-    /// Brakes and stands: the base's last report is too old.
-    ReportsLate {
-        /// Age of the report, seconds.
-        age_s: f64,
-    },
-    /// Stands or is slower than its target: the protective layer acts.
-    Protected(ProtectiveAction),
-    /// Stands: the base has not reported since the connection was opened.
-    AwaitingFeedback,
-    /// Gets no command: there is no connection.
-    Disconnected(BaseError),
-    /// Stands until the latched stop is released.
-    Stopped(StopCause),
-}
 
 /// Decides which command goes to the base. Times in seconds from one origin; a clock that runs backwards is harmless.
 #[derive(Clone, Debug)]
@@ -304,6 +262,10 @@ impl SafetyController {
         }
         let speeds = self.mixer.mix(&target.unwrap_or_default(), tick);
         self.sent = self.mixer.twist(&speeds);
+        if self.sent != Twist::STOP {
+            // The earlier reports are of a base that had no reason to move.
+            self.standstill.forget(self.report.stamp_s);
+        }
         OutgoingCommand::Drive(self.sent)
     }
 
@@ -388,7 +350,7 @@ impl SafetyController {
         }
         let least = self.settings.fault_detector.motion_threshold_m_s;
         let turn_rate = feedback.yaw_rate.unwrap_or(feedback.twist.angular);
-        self.standstill.update((self.fastest(), least), turn_rate, now_s);
+        self.standstill.update((self.fastest(), least), turn_rate, self.report.stamp_s);
         if self.stop_cause.is_some() || self.stands_by_s.is_some() {
             return;
         }
@@ -405,30 +367,41 @@ impl SafetyController {
         }
     }
 
-    /// Reported speed of the faster track, m/s.
+    /// Reported speed of the faster track, m/s. One that is not finite counts as the highest.
     fn fastest(&self) -> f64 {
-        self.report.tracks.left.abs().max(self.report.tracks.right.abs())
+        let TrackSpeeds { left, right } = self.report.tracks;
+        if left.is_finite() && right.is_finite() {
+            left.abs().max(right.abs())
+        } else {
+            self.base.tracks.max_track_speed
+        }
     }
 
     /// Ends all motion for good: from now on only stops go out. [`Self::has_ended`] tells how long to send them.
     pub fn end(&mut self, now_s: f64) {
         self.release = Release::None;
-        let braking_s = self.fastest() / -self.base.tracks.decel_lim_track;
+        let fastest = self.fastest().min(max_plausible_speed(&self.base));
+        let braking_s = fastest / -self.base.tracks.decel_lim_track;
         self.stands_by_s = Some(now_s + braking_s + SETTLING_S);
+        if self.has_feedback {
+            // A base that follows late may still begin to move.
+            self.standstill.forget(self.report.stamp_s);
+        }
     }
 
     /// Whether the base stands after [`Self::end`], or should have stood for a second: if its reports then still show motion, it ignores its
-    /// commands, and a stop is latched for that cause.
+    /// commands. A stop is latched for that cause, unless a fault is known already.
     pub fn has_ended(&mut self, now_s: f64) -> bool {
         let is_over = self.stands_by_s.is_some_and(|latest_s| now_s >= latest_s);
-        let is_known = matches!(
-            self.stop_cause,
-            Some(StopCause::IgnoresCommands { .. } | StopCause::Runaway { .. })
-        );
-        if is_over && self.has_feedback && self.standstill.moves() && !is_known {
+        let is_unexplained = matches!(self.stop_cause, None | Some(StopCause::Requested));
+        if is_over && self.has_feedback && self.standstill.moves() && is_unexplained {
             let measured = self.base.drive().twist(&self.report.tracks);
             let Twist { linear, angular } = Twist::STOP;
-            self.stop_cause = Some(StopCause::IgnoresCommands { linear, angular, measured });
+            self.stop_cause = Some(if measured.is_finite() {
+                StopCause::IgnoresCommands { linear, angular, measured }
+            } else {
+                StopCause::NotFinite
+            });
         }
         is_over || self.stands_by_s.is_some() && self.standstill.is_still()
     }
@@ -450,7 +423,7 @@ impl SafetyController {
     /// Forgets the earlier reports: the base may have been pushed meanwhile.
     const fn forget_reports(&mut self) {
         self.has_feedback = false;
-        self.standstill.forget();
+        self.standstill.forget(self.report.stamp_s);
     }
 
     /// What the last command was, and why.

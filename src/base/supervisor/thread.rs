@@ -53,6 +53,9 @@ pub struct SupervisorStatus {
     pub pose: Pose,
     /// Distance travelled by odometry, forwards and backwards, metres.
     pub travelled_m: f64,
+    /// Whether pose and distance lack a motion: the counters of the base jumped or were reset, or a base without encoders did not report
+    /// for a time.
+    pub is_odometry_uncertain: bool,
     /// Event counts.
     pub counters: SupervisorCounters,
     /// The last failure of the connection, if there was one.
@@ -206,6 +209,7 @@ impl BaseSupervisor {
             feedback_s: shared.feedback_s,
             pose: shared.odometer.pose(),
             travelled_m: shared.odometer.travelled_m(),
+            is_odometry_uncertain: shared.odometer.is_uncertain(),
             counters: SupervisorCounters {
                 rejected_targets: controller.rejected(),
                 ..shared.counters

@@ -216,6 +216,9 @@ fn faults_without_the_flags_that_they_need_are_rejected() {
 --fault silence --fault lidar-late -> --fault lidar-late; add --lidar-map
 --fault carried@2 -> --fault carried; add --carry-to
 --fault carried@2 --lidar-map room.txt --start 1,1 -> --fault carried; add --carry-to
+--lidar-map room.txt --start 1,1 --carry-to 2,1 -> --carry-to; add --fault carried@SECONDS
+--fault carried@2..3 --lidar-map room.txt --start 1,1 --carry-to 2,1 -> --fault carried@2..3; write carried@2
+--fault port-replaced@1.5..2 -> --fault port-replaced@1.5..2; has no end; write port-replaced@1.5
 --protocol native --fault tilt@2 -> --fault tilt; --protocol native does not report its sensor; use --protocol wheeltec
 --protocol arduino --fault bumper@2 -> --fault bumper; use --protocol native
 --protocol wheeltec --fault cliff@2 -> --fault cliff; use --protocol native

@@ -264,7 +264,7 @@ fn unusable_lidar_arguments_fail_with_one_line() {
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
     assert!(ended.stderr.contains("--lidar-map needs --start"), "{ended:?}");
     let world = format!("base emulate --resolution 0.1 --lidar-map {map} --for 1 --start");
-    for place in ["6.7,3.4", "57.4,93.9", "1.65,2.46 --carry-to 0.2,0.2"] {
+    for place in ["6.7,3.4", "57.4,93.9", "1.65,2.46 --fault carried@1 --carry-to 0.2,0.2"] {
         let ended = Process::start(&format!("{world} {place}")).wait();
         assert_eq!(ended.status.code(), Some(2), "{place}: {ended:?}");
         assert!(ended.stderr.contains("the robot touches a wall"), "{ended:?}");

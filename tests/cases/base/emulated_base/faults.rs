@@ -94,6 +94,33 @@ fn passing_fault_latches_no_stop() {
     });
 }
 
+/// A base that loses its power for a moment counts from zero again. That is no motion, and the user is told.
+#[test]
+fn counters_reset_by_a_restart_are_no_motion() {
+    let cases = [
+        ("roboclaw", "reboot@4..4.3", 6.0),
+        ("arduino", "reboot@4..4.3", 6.0),
+        ("native", "reboot@4..4.3", 6.0),
+        ("native", "reboot@5..7", 9.0),
+    ];
+    thread::scope(|scope| {
+        for (protocol, fault, time_s) in cases {
+            scope.spawn(move || {
+                let (sent, summary) = drive_with(protocol, fault, time_s);
+                let text = format!("{protocol} {fault}: {sent} {summary}");
+                let cause = sent["stop_cause"].as_str();
+                assert!(cause.is_none_or(|cause| cause.contains("encoder")), "{text}");
+                assert_eq!(sent["odometry_uncertain"], json!(true), "{text}");
+                let (x_m, truth_m) = (&sent["pose"][0], number(&summary, "travelled_m"));
+                // The motion until the base has stopped is unknown: at 0.3 m/s for 0.5 s, and that of braking.
+                let missing_m = truth_m - x_m.as_f64().expect("a number");
+                assert!((-0.02..0.35).contains(&missing_m), "{text}");
+                assert!(number(&sent, "travelled_m") < truth_m + 0.02, "{text}");
+            });
+        }
+    });
+}
+
 /// The process is stopped for 2 s. Without this rule the first command after the pause was the last one before it.
 #[test]
 fn paused_host_sends_zeros_before_it_drives_again() {

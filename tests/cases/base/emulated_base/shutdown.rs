@@ -13,7 +13,7 @@ use inbye::base::{
 use inbye::geometry::Twist;
 use serde_json::json;
 
-use super::processes::{Emulated, PROGRAM, Process};
+use super::processes::{Emulated, PROGRAM, Process, number};
 
 /// Time for a base to reach its speed.
 const START_TIME: Duration = Duration::from_secs(1);
@@ -86,6 +86,23 @@ fn base_that_drives_on_after_a_signal_is_a_fault() {
     assert_eq!(object["interrupted"], json!(true), "{ended:?}");
     let cause = object["stop_cause"].as_str().expect("a cause");
     assert!(cause.contains("cut the motors' power"), "{cause}");
+}
+
+/// The motors are 0.3 s late: they have not followed when the signal comes, and the base has reported that it stands.
+#[test]
+fn program_does_not_end_before_late_motors_have_stopped() {
+    let base = Emulated::start("native", "--fault late-motors@0");
+    let mut host = base.host("base send --linear 0.6 --for 600");
+    host.await_note("the base answers");
+    thread::sleep(Duration::from_millis(250));
+    host.signal("TERM");
+    let ended = host.wait();
+    assert_eq!(ended.object()["stop_cause"], json!(null), "{ended:?}");
+    thread::sleep(START_TIME);
+    let summary = base.end();
+    let stood_s = number(&summary, "time_s") - number(&summary, "last_motion_s");
+    assert!(number(&summary, "travelled_m") > 0.005, "{summary}");
+    assert!(stood_s > START_TIME.as_secs_f64(), "it moved after the end: {summary}");
 }
 
 /// Checks that a signal stops a base without a watchdog, and ends the program.

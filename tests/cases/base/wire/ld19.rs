@@ -381,9 +381,14 @@ fn reader_reports_faults_and_recovers() {
     await_status(&reader, "silent", silent);
     write(&[0x55; 5000]);
     await_status(&reader, "unknown data", |status| status.fault == Some(LidarFault::UnknownData));
-    let standing = Packet { speed_deg_s: 0, ..rotating(0.1, 0)[0] };
-    write(&standing.encode());
-    await_status(&reader, "not rotating", |status| status.fault == Some(LidarFault::NotRotating));
+    // A revolution of half a second is 720 degrees per second.
+    for speed_deg_s in [719, 0] {
+        let standing = Packet { speed_deg_s, ..rotating(0.1, 0)[0] };
+        write(&standing.encode());
+        await_status(&reader, "not rotating", |status| {
+            status.fault == Some(LidarFault::NotRotating)
+        });
+    }
     line.0.lock().expect("not poisoned").1 = true;
     let disconnected = |status: &inbye::base::ld19::LidarStatus| matches!(&status.fault, Some(fault @ LidarFault::Disconnected { .. }) if fault.to_string().contains("plug it in"));
     await_status(&reader, "disconnected", disconnected);
@@ -391,6 +396,8 @@ fn reader_reports_faults_and_recovers() {
     await_status(&reader, "open again", |status| status.connections == 2);
     write(&stream(&rotating(0.5, 0)));
     await_status(&reader, "turns again", |status| status.revolutions == 8);
+    let dropped_bytes = reader.status().dropped_bytes;
+    assert!(dropped_bytes >= 5000, "{dropped_bytes}: those before the reconnection count too");
 }
 
 /// The lidar was moved or replaced meanwhile.

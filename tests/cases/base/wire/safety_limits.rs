@@ -244,3 +244,81 @@ fn fast_turn_with_a_fourth_of_slip_is_no_fault() {
         assert_eq!(matches!(cause, Some(StopCause::Slip { .. })), stops, "{gyro} {cause:?}");
     }
 }
+
+/// A base whose motors are 0.3 s late has not moved yet. Its reports from before the end show nothing.
+#[test]
+fn end_waits_for_reports_of_a_standstill_after_the_last_motion() {
+    let mut harness = Harness::standing();
+    harness.follows = false;
+    for _ in 0..14 {
+        harness.set_target(0.0).expect("a valid target");
+        harness.cycle();
+    }
+    assert!(harness.speed() > 0.3);
+    harness.controller.end(harness.now_s);
+    assert!(!harness.controller.has_ended(harness.now_s));
+    harness.report.twist = Twist::new(0.3, 0.0);
+    harness.cycles(0.2);
+    harness.report.twist = Twist::STOP;
+    harness.cycles(0.3);
+    assert!(!harness.controller.has_ended(harness.now_s));
+    harness.cycles(0.04);
+    assert!(harness.controller.has_ended(harness.now_s));
+    assert_eq!(harness.controller.stop_cause(), None);
+}
+
+#[test]
+fn report_that_comes_again_shows_no_standstill() {
+    let mut harness = Harness::driving();
+    harness.controller.end(harness.now_s);
+    harness.next_command();
+    let reported_s = harness.now_s;
+    // Until the time for braking and settling is over.
+    for _ in 0..60 {
+        let age_s = harness.now_s - reported_s;
+        harness.on_feedback(Feedback { age_s, ..Feedback::default() });
+        assert!(!harness.controller.has_ended(harness.now_s), "{age_s} s");
+        harness.next_command();
+    }
+}
+
+#[test]
+fn supervisor_of_a_base_that_reports_no_finite_motion_ends() {
+    for linear in [f64::NAN, f64::INFINITY, 1e30] {
+        for is_ending in [false, true] {
+            let mut harness = Harness::driving();
+            let ends = |harness: &mut Harness| harness.controller.end(harness.now_s);
+            if is_ending {
+                ends(&mut harness);
+            }
+            let twist = Twist::new(linear, 0.0);
+            harness.on_feedback(Feedback { twist, ..Feedback::default() });
+            if !is_ending {
+                ends(&mut harness);
+            }
+            // Braking from the highest plausible speed, 1.9 m/s at 1.5 m/s^2, and a second.
+            assert!(!harness.controller.has_ended(harness.now_s + 1.0));
+            assert!(harness.controller.has_ended(harness.now_s + 2.3), "{linear}");
+            let cause = harness.controller.stop_cause().expect("a cause").to_string();
+            assert!(linear.is_finite() || cause.contains("not finite"), "{linear}: {cause}");
+        }
+    }
+}
+
+/// A requested stop is no fault, and does not tell that the base still moves.
+#[test]
+fn end_of_a_base_that_still_moves_keeps_a_known_fault() {
+    for (cause, is_kept) in
+        [(StopCause::Requested, false), (StopCause::Cliff, true), (StopCause::NotFinite, true)]
+    {
+        let mut harness = Harness::driving();
+        harness.controller.stop(cause);
+        harness.controller.end(harness.now_s);
+        harness.on_feedback(Feedback { twist: AHEAD, ..Feedback::default() });
+        assert!(harness.controller.has_ended(harness.now_s + 10.0));
+        let found = harness.controller.stop_cause().copied();
+        assert_eq!(found == Some(cause), is_kept, "{cause:?}: {found:?}");
+        let ignores = matches!(found, Some(StopCause::IgnoresCommands { .. }));
+        assert_eq!(ignores, !is_kept, "{cause:?}: {found:?}");
+    }
+}

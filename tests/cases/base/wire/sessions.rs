@@ -25,6 +25,14 @@ fn assert_near(found: Twist, expected: Twist, tolerance: f64, what: &str) {
     assert!(difference <= 2.0 * tolerance, "{what}: {found:?} for {expected:?}");
 }
 
+/// Bytes that a session drops on a clean line: only the answer to the initial carriage return.
+fn dropped_on_clean_line(protocol: Protocol) -> u64 {
+    match protocol {
+        Protocol::Arduino => b"Invalid Command\r\n".len() as u64,
+        _ => 0,
+    }
+}
+
 #[test]
 fn clean_line_follows_commands_and_reports_truth() {
     for protocol in Protocol::ALL {
@@ -33,12 +41,7 @@ fn clean_line_follows_commands_and_reports_truth() {
         assert_near(link.twist(), CURVE, RESOLUTION, "driven");
         assert_near(link.feedback().twist, CURVE, 2.0 * RESOLUTION, "reported");
         let counters = link.session.counters();
-        // Only the answer to the initial carriage return is dropped.
-        let clean = match protocol {
-            Protocol::Arduino => b"Invalid Command\r\n".len() as u64,
-            _ => 0,
-        };
-        assert_eq!(counters.dropped_bytes, clean, "{protocol:?}");
+        assert_eq!(counters.dropped_bytes, dropped_on_clean_line(protocol), "{protocol:?}");
         assert_eq!(
             (counters.retries, counters.unanswered, counters.rejected_readings),
             (0, 0, 0),
@@ -117,9 +120,13 @@ fn counter_wrap_is_no_motion() {
                 link.drive_for(CURVE, 0.1);
                 if link.now_s > 0.5 {
                     assert_near(link.feedback().twist, CURVE, 3.0 * RESOLUTION, "reported");
+                    let received_s = link.session.latest().expect("feedback by now").received_s;
+                    assert!(link.now_s - received_s < 0.1, "{protocol:?}: {received_s} s");
                 }
             }
-            assert_eq!(link.session.counters().rejected_readings, 0);
+            let counters = link.session.counters();
+            assert_eq!(counters.rejected_readings, 0);
+            assert_eq!(counters.dropped_bytes, dropped_on_clean_line(protocol), "{protocol:?}");
         }
     }
 }

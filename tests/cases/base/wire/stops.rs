@@ -89,6 +89,62 @@ fn native_stop_is_latched_until_release() {
     assert!(link.twist().linear > 0.39);
 }
 
+/// Damages the next write of the host.
+fn damage_next_command(link: &mut SimulatedLink) {
+    let mut is_damaged = false;
+    link.damage = Box::new(move |direction, mut bytes| {
+        if direction == Direction::ToBase && !is_damaged {
+            is_damaged = true;
+            bytes[6] ^= 1;
+        }
+        bytes
+    });
+}
+
+#[test]
+fn native_release_is_repeated_until_the_base_acknowledges_it() {
+    let mut link = driving(Protocol::Native);
+    link.session.engage_stop();
+    link.drive_for(AHEAD, 0.3);
+    link.session.release();
+    damage_next_command(&mut link);
+    link.drive_for(Twist::STOP, 0.2);
+    assert!(!link.feedback().emergency_stop);
+    link.drive_for(AHEAD, 0.5);
+    assert!(link.twist().linear > 0.39);
+}
+
+/// A button that is pressed and let go while a release is repeated has latched a new stop.
+#[test]
+fn native_release_that_the_base_refused_is_not_repeated() {
+    let mut link = driving(Protocol::Native);
+    link.machine.button_pressed = true;
+    link.drive_for(AHEAD, 0.3);
+    link.session.release();
+    link.drive_for(Twist::STOP, 0.1);
+    link.machine.button_pressed = false;
+    link.drive_for(Twist::STOP, 0.2);
+    assert!(link.feedback().emergency_stop);
+}
+
+/// No report arrives, so that the session cannot know whether the base has ended its stop.
+#[test]
+fn native_release_is_repeated_for_half_a_second_at_most() {
+    let mut session = NativeSession::new(BaseSettings::default()).unwrap();
+    session.release();
+    let releases = (0..40_u32).map(|step| {
+        session.command(&AHEAD).expect("a finite command");
+        let mut line = Vec::new();
+        session.transmit(0.02 * f64::from(step), &mut line);
+        let mut decoder = native::Decoder::<Command>::default();
+        decoder.push(&line);
+        let command = decoder.next().expect("a command");
+        assert_eq!(command.release, command.speeds == [0, 0]);
+        command.release
+    });
+    assert_eq!(releases.filter(|release| *release).count(), 25);
+}
+
 /// A damaged report may show disabled motors, and pass the weak check.
 #[test]
 fn single_disabled_report_suspects_a_stop_and_the_second_confirms_it() {
@@ -277,6 +333,42 @@ fn restarted_roboclaw_gets_its_watchdog_again() {
     link.drive_for(AHEAD, 0.5);
     link.host_runs = false;
     assert!(stops_after(&mut link).is_some_and(|after_s| after_s <= 0.51));
+}
+
+/// At 1.9 m/s the tracks could have run back to zero in this time.
+#[test]
+fn counters_that_a_short_restart_has_reset_are_a_fault() {
+    for protocol in [Protocol::Roboclaw, Protocol::Arduino] {
+        for commanded in [AHEAD, Twist::STOP] {
+            let mut link = driving(protocol);
+            link.damage = Box::new(|_, _| Vec::new());
+            link.drive_for(commanded, 0.3);
+            link.device = protocol.device(BaseSettings::default()).unwrap();
+            link.start_encoders_at(0.0);
+            link.damage = Box::new(|_, bytes| bytes);
+            link.drive_for(commanded, 0.5);
+            assert!(link.feedback().faults.contains(Faults::ENCODER), "{protocol:?}");
+            assert!(link.feedback().twist.linear > -0.01, "{:?}", link.feedback().twist);
+        }
+    }
+}
+
+/// The base drives on by its last command, or brakes.
+#[test]
+fn motion_while_the_line_is_cut_for_a_moment_is_no_fault() {
+    for protocol in [Protocol::Native, Protocol::Roboclaw, Protocol::Arduino] {
+        for commanded in [AHEAD, Twist::STOP, Twist::new(-0.4, 0.0)] {
+            for cut_s in [0.15, 0.3, 0.45] {
+                let mut link = driving(protocol);
+                link.damage = Box::new(|_, _| Vec::new());
+                link.drive_for(AHEAD, cut_s);
+                link.damage = Box::new(|_, bytes| bytes);
+                link.drive_for(commanded, 1.5);
+                assert_eq!(link.feedback().faults, Faults::NONE, "{protocol:?}, {cut_s} s");
+                assert_eq!(link.session.counters().rejected_readings, 0, "{protocol:?}");
+            }
+        }
+    }
 }
 
 #[test]
