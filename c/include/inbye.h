@@ -484,7 +484,8 @@ bool inbye_navigator_set_speed_limit(struct InbyeNavigator *navigator,
 
 /*
  Replaces the map, in the same frame, while the robot drives: the next step avoids its obstacles and zones, and a path on it is
- planned at once. Obstacles that only the lidar saw remain. It takes time in proportion to the map's area.
+ planned at once. Obstacles that only the lidar saw remain. Where the map has no path even without them, the mission fails within
+ a second by the default settings. It takes time in proportion to the map's area.
 
  Precondition: `navigator` and `map` are alive.
  */

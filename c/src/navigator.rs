@@ -231,7 +231,8 @@ pub unsafe extern "C" fn inbye_navigator_set_speed_limit(
 }
 
 /// Replaces the map, in the same frame, while the robot drives: the next step avoids its obstacles and zones, and a path on it is
-/// planned at once. Obstacles that only the lidar saw remain. It takes time in proportion to the map's area.
+/// planned at once. Obstacles that only the lidar saw remain. Where the map has no path even without them, the mission fails within
+/// a second by the default settings. It takes time in proportion to the map's area.
 ///
 /// # Safety
 /// `navigator` and `map` are alive.
@@ -246,6 +247,7 @@ pub unsafe extern "C" fn inbye_navigator_set_map(
         let known = map.navigation_map(this.config.unknown);
         let map = this.config.prepare_map(known).map_err(|error| error.to_string())?;
         this.navigator.replace_map(map);
+        this.navigator.require_path_on_map();
         Ok(())
     }));
     is_set.is_some()

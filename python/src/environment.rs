@@ -82,6 +82,13 @@ struct State {
     commands: Vec<Commanded>,
 }
 
+impl State {
+    /// Raises before the first reset.
+    fn check_reset(&self) -> PyResult<()> {
+        if self.slots.is_empty() { Err(raise("call reset first")) } else { Ok(()) }
+    }
+}
+
 /// What a step did.
 struct Stepped {
     seen: Vec<AgentObservation>,
@@ -151,9 +158,7 @@ impl Setup {
     /// Drives every robot for a control period.
     fn step(&self, state: &mut State, actions: &[Twist]) -> PyResult<Stepped> {
         self.check_process()?;
-        if state.slots.is_empty() {
-            return Err(raise("call reset first"));
-        }
+        state.check_reset()?;
         if state.slots.iter().any(Slot::has_ended) {
             return Err(raise("the episode has ended: call reset"));
         }
@@ -338,8 +343,11 @@ impl Environments {
 
     /// Each robot on its mission, seen from above.
     fn pictures<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyArray3<u8>>>> {
-        let draw = |state: &mut State| state.slots.iter().map(Slot::picture).collect::<Vec<_>>();
-        let pictures = self.state.with(py, draw)?;
+        let draw = |state: &mut State| {
+            let pictures = || state.slots.iter().map(Slot::picture).collect::<Vec<_>>();
+            state.check_reset().map(|()| pictures())
+        };
+        let pictures = self.state.with(py, draw)??;
         Ok(pictures.into_iter().map(|it| PyArray3::from_owned_array(py, it)).collect())
     }
 

@@ -157,6 +157,7 @@ impl Navigator {
         let replaced = self.state.with(py, |state| {
             let known = map.navigation_map(state.config.unknown);
             state.navigator.replace_map(state.config.prepare_map(known)?);
+            state.navigator.require_path_on_map();
             Ok::<(), inbye::navigator::Fault>(())
         })?;
         replaced.map_err(raise)

@@ -358,6 +358,21 @@ def test_speed_and_map_change_while_the_navigator_drives() -> None:
             navigator.set_speed_limit(limit)
 
 
+def test_map_without_a_path_ends_the_mission_within_a_second() -> None:
+    start, goal = (3.0, 4.0), (9.0, 4.0)
+    navigator = inbye.Navigator(walls(), start, [goal])
+    decision = None
+    for tick in range(16):
+        if tick == 5:
+            navigator.set_map(walls().with_zones(keepout=rectangle(60, 0, 65, 80, 100)))
+        ranges = scan(*start, 0.0)
+        decision = navigator.step(0.1 * tick, (*start, 0.0), (0.0, 0.0), ranges, **ANGLES)
+        assert tick > 5 or decision.fault is None
+    assert decision is not None
+    assert decision.fault is not None
+    assert "NO_VALID_PATH" in decision.fault
+
+
 def test_localizer_corrects_a_wrong_start() -> None:
     localizer = inbye.Localizer(walls(), (3.1, 4.05, 0.0))
     for tick in range(30):

@@ -382,6 +382,10 @@ def test_missions_are_truncated_at_a_time_and_after_steps() -> None:
 
 def test_picture_shows_walls_goal_and_robot() -> None:
     env = inbye.gym.Env([box("a")], render_mode="rgb_array")
+    robots = inbye.gym.VectorEnv([box("a")], 2, render_mode="rgb_array")
+    for unready in (env, robots):
+        with pytest.raises(inbye.InbyeError, match="call reset first"):
+            unready.render()
     env.reset()
     picture = env.render()
     # The map has 8 m by 5 m, and the robot starts in the lower left.
@@ -396,7 +400,6 @@ def test_picture_shows_walls_goal_and_robot() -> None:
     env.step(np.array([1.0, 0.0]))
     env.step(np.array([1.0, 0.0]))
     assert not np.array_equal(before, env.render())
-    robots = inbye.gym.VectorEnv([box("a")], 2, render_mode="rgb_array")
     robots.reset()
     assert [frame.shape for frame in robots.render()] == [(320, 512, 3)] * 2
     with pytest.raises(inbye.InbyeError, match='make the environment with render_mode="rgb_array"'):

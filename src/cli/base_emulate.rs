@@ -52,7 +52,9 @@ mod on_pseudo_terminal {
         }
         output::result(&ports, [&port].into_iter().chain(&lidar_port))?;
         if !output::is_json() {
-            output::note(format!("speaks {}; Ctrl-C ends it", kind.protocol));
+            let lidar = lidar_port.map(|port| format!("the lidar sends to {port}; "));
+            let lidar = lidar.unwrap_or_default();
+            output::note(format!("speaks {}; {lidar}Ctrl-C ends it", kind.protocol));
         }
         let mut machine = Machine { emulator, surroundings, motion: MotionLog::default() };
         let started = Instant::now();

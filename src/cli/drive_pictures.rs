@@ -57,7 +57,7 @@ impl<'a> Pictures<'a> {
     }
 }
 
-const WITHOUT_GIF: &str = "--animation: this build has no feature `png`: install it with `--features png`, or use --report";
+const WITHOUT_GIF: &str = "--animation: this build, such as that of the Python wheel, has no feature `png`: use --report, a package, or a build with `--features png`";
 
 #[cfg(feature = "png")]
 fn gif(view: &MissionView<'_>, playback: &PlaybackRecorder) -> anyhow::Result<Vec<u8>> {

@@ -8,7 +8,7 @@ use inbye::bench::{LogLocalization, LogRelations, RelationErrors, localize_log};
 use inbye::geometry::Pose;
 use inbye::lidar_log::LidarLog;
 use inbye::map::OccupancyGrid;
-use inbye::mapping::{LogScan, check_ranges, log_scans, render};
+use inbye::mapping::{LogScan, check_coordinates, check_ranges, log_scans, render};
 use inbye::trajectory::{ErrorStatistics, RelationError, read_relations};
 
 use super::arguments::real;
@@ -140,6 +140,8 @@ fn own_map(scans: &[LogScan], file: &Path) -> anyhow::Result<OccupancyGrid> {
             file.display()
         );
     }
+    check_coordinates(known.clone().map(|(pose, _)| pose))
+        .with_context(|| format!("--log {}", file.display()))?;
     Ok(render(known)?)
 }
 

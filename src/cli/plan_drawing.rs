@@ -15,8 +15,7 @@ use super::plan_result::{LegFailure, PlanResult, PlanTask};
 /// Width of the picture, pixels: two per unit, which is sharp on a screen and in print.
 const PNG_WIDTH: u32 = 1440;
 
-const WITHOUT_PNG: &str =
-    "--png: this build has no feature `png`: install it with `--features png`, or use --svg";
+const WITHOUT_PNG: &str = "--png: this build, such as that of the Python wheel, has no feature `png`: use --svg, a package, or a build with `--features png`";
 
 /// The files of `--svg` and `--png`.
 pub struct Drawing<'a> {

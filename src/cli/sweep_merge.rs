@@ -113,8 +113,8 @@ fn table<R: Columns>(folder: &Path, name: &str, rows: &[R]) -> anyhow::Result<()
     }
     #[cfg(not(feature = "parquet"))]
     output::note(format!(
-        "{name}.parquet: not written, this build has no feature `parquet`: install it with `--features parquet`, or use \
-         {name}.csv"
+        "{name}.parquet: not written: this build, such as that of the Python wheel, has no feature `parquet`: use {name}.csv, a \
+         package, or a build with `--features parquet`"
     ));
     Ok(())
 }

@@ -75,9 +75,12 @@ pub(crate) fn remove_limit(scans: &mut [&mut LoggedScan]) {
 }
 
 /// The lowest value for no echo in sorted ranges. It is the largest range of all, or it occurs far more often than the values
-/// below it, and few ranges lie beyond it.
+/// below it, and few ranges lie beyond it. A value without others is that of a surface: nothing shows that it is none.
 fn lowest_code(ranges: &[f64]) -> Option<f64> {
     let values: Vec<&[f64]> = ranges.chunk_by(|one, other| one == other).collect();
+    if values.len() == 1 {
+        return None;
+    }
     let first = |range_m: f64| ranges.partition_point(|range| *range < range_m);
     let is_code = |&(index, equal): &(usize, &&[f64])| {
         let beyond = ranges.len() - first(equal[0] + CODES_M);
@@ -134,6 +137,14 @@ mod tests {
                 assert!(largest > 7.9 && largest < codes[0], "{codes:?} {stray:?}: {largest}");
             }
         }
+    }
+
+    #[test]
+    fn equal_readings_are_measured_distances() {
+        let readings = [3.0; 25];
+        let mut scan = scan(&readings, half_turn(25), SICK_RANGE_M, &Pose::default(), 0.0);
+        remove_limit(&mut [&mut scan]);
+        assert!(scan.beams.beams.iter().all(|beam| beam.range == 3.0));
     }
 
     #[test]

@@ -119,6 +119,7 @@ fn correct(records: &mut [LogRecord], updates: &[Update]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lidar_log::LidarLog;
 
     #[test]
     fn maximum_range_must_be_above_zero() {
@@ -133,6 +134,43 @@ mod tests {
                 (log.is_ok(), log.as_ref().err().is_some_and(names_it)),
                 (is_valid, !is_valid)
             );
+        }
+    }
+
+    #[test]
+    fn gfs_poses_are_those_of_the_best_ancestors() {
+        // Particle 0 is better at the first scan; the second scan's best particle stems from particle 1.
+        let text = "PARAM maxrange 80\nODOM 0 0 0 1\nLASER_READING 1 3 0 0 0 1\n\
+            SM_UPDATE 2 0 0 0 9 0 1 0 5\nRESAMPLE 2 1 0\nODOM 0 0 0 2\n\
+            LASER_READING 1 3 1 0 0 2\nSM_UPDATE 2 1 7 0 9 1 8 0 1\n";
+        let log = LidarLog::parse(text).expect("it is valid");
+        let corrected: Vec<Pose> = log.records.iter().filter_map(|it| it.corrected).collect();
+        assert_eq!(corrected, [Pose::new(0.0, 1.0, 0.0), Pose::new(1.0, 7.0, 0.0)]);
+    }
+
+    #[test]
+    fn last_line_that_ends_within_its_time_is_left_out() {
+        // The names of the logger are not printed by all.
+        let carmen = "# a comment\nODOM 0 0 0 0.1 0 0 101.0\nFLASER 1 1 0 0 0 0 0 0 101.5\n\
+            FLASER 1 1 0 0 0 0 0 0 102.5\n";
+        let gfs = "ODOM 0 0 0 101.0\nLASER_READING 1 3 0 0 0 101.0\nODOM 0 0 0 101.5\n\
+            LASER_READING 1 3 1 0 0 102.5\n";
+        for text in [carmen, gfs] {
+            let of = |text: &str| {
+                let log = LidarLog::parse(text).expect("a valid log");
+                (log.scans(), log.cut_line)
+            };
+            let open = text.trim_end();
+            // The time 102.5, and what cuts leave of it.
+            for cut in 0..=4 {
+                let expected = if cut <= 2 { (2, None) } else { (1, Some(4)) };
+                assert_eq!(of(&open[..open.len() - cut]), expected, "{text}: {cut} bytes");
+            }
+            // A line end shows that the line is whole.
+            let back = text.replace("102.5\n", "10\n");
+            assert_eq!(of(&back), (2, None), "{back}");
+            // A line without a record is no cut one.
+            assert_eq!(of(&format!("{back}NEFF 1")).1, None);
         }
     }
 }

@@ -64,6 +64,17 @@ impl MotionCheck {
         })
     }
 
+    /// The check on another map, to whose grid a function converts poses.
+    pub fn on(&self, converted: impl Fn(&Pose) -> Pose) -> Self {
+        // A conversion wraps yaw angles.
+        let turn = converted(&Pose::default()).yaw;
+        let row = |row: &Row| {
+            let matched = Pose { yaw: row.matched.yaw + turn, ..converted(&row.matched) };
+            Row { matched, ..*row }
+        };
+        Self { rows: self.rows.iter().map(row).collect(), mount: self.mount.on(converted) }
+    }
+
     /// Forgets all poses: the robot was found at another place.
     pub fn clear(&mut self) {
         self.rows.clear();

@@ -45,6 +45,12 @@ impl MountCheck {
         self.judged_m >= JUDGED_M && libm::atan2(self.sin_m, self.cos_m).abs() >= TURNED_RAD
     }
 
+    /// The check on another map, to whose grid a function converts poses.
+    pub fn on(&self, converted: impl Fn(&Pose) -> Pose) -> Self {
+        let begin = self.begin.map(|(odometry, matched)| (odometry, converted(&matched)));
+        Self { begin, ..self.clone() }
+    }
+
     /// Begins another piece: the robot was found at another place.
     pub fn begin_again(&mut self) {
         self.begin = None;

@@ -2,6 +2,7 @@
 
 use thiserror::Error;
 
+use super::MAX_COORDINATE_M;
 use crate::map::{MAX_GRID_CELLS, MAX_GRID_SIDE};
 
 /// Why a log gives no map.
@@ -13,6 +14,17 @@ pub enum MappingError {
     NoReading {
         /// Longest range that is used, metres.
         range_m: f64,
+    },
+    /// A pose is so far from the origin that its coordinates are too coarse for a map.
+    #[error(
+        "a scan has the pose ({x:?}, {y:?}), farther than {MAX_COORDINATE_M:?} m from the origin: are the coordinates in metres? \
+         If so, subtract the same offset from all of them"
+    )]
+    FarFromOrigin {
+        /// Coordinate, metres.
+        x: f64,
+        /// Coordinate, metres.
+        y: f64,
     },
     /// The scans lie too far apart for a grid.
     #[error(

@@ -26,6 +26,9 @@ use crate::lidar_log::LidarLog;
 use crate::map::{MAX_GRID_SIDE, MapError, OccupancyGrid};
 use render::{MAPPED_RANGE_M, frame, shows_nothing};
 
+/// Farthest coordinate of a pose, metres: there adjacent numbers are 0.1 micrometres apart, and at 1e15 m a whole cell.
+const MAX_COORDINATE_M: f64 = 1e9;
+
 /// A map from a log, with the poses that it rests on.
 #[derive(Clone, Debug)]
 pub struct MappedLog {
@@ -54,7 +57,7 @@ pub struct MappedLog {
 /// called after each scan.
 ///
 /// # Errors
-/// Returns an error if no reading of the log is in range, or the map is too large for a grid.
+/// Returns an error if no reading of the log is in range, the map is too large for a grid, or it is too far from the origin.
 pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, MappingError> {
     let scans = log_scans(log);
     check_ranges(&scans)?;
@@ -66,6 +69,7 @@ pub fn map_log(log: &LidarLog, on_scan: &mut dyn FnMut()) -> Result<MappedLog, M
         return Err(too_large(&error, log, &scans));
     }
     let start = log.start().unwrap_or_default();
+    check_coordinates(scans.iter().map(|scan| scan.odometry).chain([start]))?;
     let solved = mapper::solve(&scans, &start, on_scan);
     let placed = solved.poses.iter().copied().zip(scans.iter().map(|scan| &scan.scan));
     let map = render(placed).map_err(|error| too_large(&error, log, &scans))?;
@@ -96,6 +100,15 @@ pub fn check_ranges(scans: &[LogScan]) -> Result<(), MappingError> {
         return Err(MappingError::NoReading { range_m: MAPPED_RANGE_M });
     }
     Ok(())
+}
+
+/// Checks that poses are near enough to the origin for a map.
+///
+/// # Errors
+/// Returns an error if a coordinate is beyond 1e9 m.
+pub fn check_coordinates(mut poses: impl Iterator<Item = Pose>) -> Result<(), MappingError> {
+    let far = poses.find(|pose| pose.x.abs().max(pose.y.abs()) > MAX_COORDINATE_M);
+    far.map_or(Ok(()), |Pose { x, y, .. }| Err(MappingError::FarFromOrigin { x, y }))
 }
 
 /// The error for a map of this size. Ranges are limited, so such scans lie far apart: most likely the odometry jumps.
@@ -303,6 +316,14 @@ mod tests {
             let refused = map_log(&log, &mut || ()).err();
             assert_eq!(refused, Some(MappingError::NoReading { range_m: 25.0 }), "{reading}");
         }
+    }
+
+    #[test]
+    fn log_far_from_the_origin_is_named() {
+        let scan = |time_s: u32| format!("FLASER 1 3 1e17 0 0 1e17 0 0 {time_s} host {time_s}\n");
+        let log = LidarLog::parse(&(scan(1) + &scan(2))).expect("a valid log");
+        let error = map_log(&log, &mut || ()).expect_err("no map").to_string();
+        assert!(error.contains("(1e17, 0.0), farther than 1000000000.0 m"), "{error}");
     }
 
     #[test]

@@ -37,7 +37,8 @@ impl PreparedMap {
 
 impl Navigator {
     /// Replaces the map, in the same frame, without a stop. The next decision avoids its obstacles, and a plan on it is requested
-    /// at once. Obstacles that the lidar saw remain where the map does not show them.
+    /// at once. Obstacles that the lidar saw remain where the map does not show them. For a map that another
+    /// program made, call [`Self::require_path_on_map`] too.
     pub fn replace_map(&mut self, map: PreparedMap) {
         self.obstacles.replace_map(map.local);
         self.standing_room = map.standing_room;
@@ -46,9 +47,9 @@ impl Navigator {
     }
 
     /// Ends the mission if there is no path on the map that just replaced the one before, even without obstacles that only the lidar
-    /// saw. A map that the robot's own scans changed shows what may go away again.
-    #[cfg(feature = "ros")]
-    pub(crate) const fn require_path_on_map(&mut self) {
+    /// saw. That takes the replanning period and twice the planning budget. Without this call the robot tries for minutes: a map that
+    /// its own scans changed shows what may go away again.
+    pub const fn require_path_on_map(&mut self) {
         self.replanner.require_path_on_map();
     }
 }

@@ -138,7 +138,6 @@ impl Replanner {
     }
 
     /// The map that replaced the one before was given: without a path on it the mission ends.
-    #[cfg(feature = "ros")]
     pub const fn require_path_on_map(&mut self) {
         self.is_map_given = true;
     }

@@ -26,6 +26,8 @@ pub use response::{HttpError, Response, json, page};
 
 /// Maximum number of connections at the same time: many systems allow 1024 open files, and this leaves some.
 const MAX_CONNECTIONS: usize = 1008;
+/// The port of URLs without a port.
+const DEFAULT_PORT: u16 = 80;
 /// Threads that answer requests. Most of them wait: evaluations have a limit of their own.
 const WORKERS: usize = 32;
 /// Pause after an error of the operating system, such as too many open files.
@@ -165,14 +167,22 @@ impl Shared {
     /// Rejects other host names: a foreign page could otherwise read this server by DNS rebinding.
     fn check_host(&self, request: &Request<Bytes>) -> Result<(), HttpError> {
         let host = header(request, HOST).unwrap_or_default();
-        let [address, name] =
-            ["127.0.0.1", "localhost"].map(|host| format!("{host}:{}", self.port));
-        if host == address || host == name {
+        if is_own_host(&host, self.port) {
             return Ok(());
         }
-        let message = format!("this server is not {}: open http://{address}/", quoted(&host));
+        let own = self.port;
+        let message = format!("this server is not {}: open http://127.0.0.1:{own}/", quoted(&host));
         Err(HttpError::new(StatusCode::FORBIDDEN, message))
     }
+}
+
+/// Whether the header `Host` of a request names a server on this port. Clients leave out the default port.
+fn is_own_host(host: &str, port: u16) -> bool {
+    let (name, found) = match host.rsplit_once(':') {
+        Some((name, found)) => (name, found.parse().ok()),
+        None => (host, Some(DEFAULT_PORT)),
+    };
+    ["127.0.0.1", "localhost"].contains(&name) && found == Some(port)
 }
 
 /// Accepts GET and HEAD only.
@@ -227,4 +237,21 @@ fn header(request: &Request<Bytes>, name: HeaderName) -> Option<String> {
 fn quoted(text: &str) -> Value {
     let short: String = text.chars().take(60).collect();
     json!(short)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn host_without_a_port_is_that_of_port_80() {
+        for host in ["127.0.0.1", "localhost", "localhost:80"] {
+            assert!(is_own_host(host, 80), "{host}");
+            assert!(!is_own_host(host, 8080), "{host}");
+        }
+        assert!(is_own_host("127.0.0.1:8080", 8080));
+        for host in ["", "example.org", "example.org:8080", "localhost:", "127.0.0.1:8080:8080"] {
+            assert!(!is_own_host(host, 80) && !is_own_host(host, 8080), "{host}");
+        }
+    }
 }

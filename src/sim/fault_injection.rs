@@ -1,9 +1,9 @@
 //! Faults that are injected into a simulated drive.
 
 use core::f64::consts::TAU;
-use std::collections::VecDeque;
 
 use super::error::at_least_zero;
+use super::recent_measurements::RecentMeasurements;
 use super::{Lidar, WrongPlanner};
 use crate::geometry::Pose;
 use crate::runtime::OdometryReading;
@@ -219,7 +219,7 @@ pub enum LidarChange {
     AngleScale(f64),
     /// This share of the beams, drawn for each revolution, returns from dust at a random part of its range.
     Ghosts(f64),
-    /// The revolutions arrive this late, seconds, and their stamps say so.
+    /// The revolutions arrive this late, seconds, and their stamps say so. The other changes apply to those that arrive.
     Late(f64),
     /// The stamps lie this far in the future, seconds.
     Ahead(f64),
@@ -256,7 +256,7 @@ pub enum OdometryChange {
     NotFinite,
     /// The position lies this far ahead in x, metres.
     Shifted(f64),
-    /// The readings arrive this late, seconds, and their time stamps say so.
+    /// The readings arrive this late, seconds, and their time stamps say so. The other changes apply to those that arrive.
     Late(f64),
 }
 
@@ -267,35 +267,6 @@ impl OdometryChange {
             Self::Late(late_s) => at_least_zero("Late", late_s),
             Self::Frozen | Self::Reversed | Self::NotFinite => Ok(()),
         }
-    }
-}
-
-/// The recent measurements of a sensor whose measurements arrive late.
-#[derive(Clone, Debug)]
-pub(super) struct RecentMeasurements<T> {
-    /// Each with its time, seconds.
-    kept: VecDeque<(f64, T)>,
-}
-
-impl<T> Default for RecentMeasurements<T> {
-    fn default() -> Self {
-        Self { kept: VecDeque::new() }
-    }
-}
-
-impl<T> RecentMeasurements<T> {
-    /// Adds the measurement of a time, seconds, which must ascend from call to call. Forgets those before the newest that is late
-    /// by this time, seconds.
-    pub fn record(&mut self, time_s: f64, late_s: f64, measured: T) {
-        self.kept.push_back((time_s, measured));
-        while self.kept.get(1).is_some_and(|(next_s, _)| time_s - next_s >= late_s) {
-            self.kept.pop_front();
-        }
-    }
-
-    /// The measurement that arrives now.
-    pub fn arriving(&self) -> Option<&T> {
-        self.kept.front().map(|(_, measured)| measured)
     }
 }
 
@@ -317,14 +288,13 @@ impl FaultyOdometry {
         measured: OdometryReading,
         odometry_s: f64,
     ) -> (OdometryReading, f64) {
-        let late_s = faults.iter().find_map(|fault| match fault {
+        let late_s = |fault: &FaultInjection| match fault {
             FaultInjection::Odometry { change: OdometryChange::Late(late_s), .. } => Some(*late_s),
             _ => None,
-        });
-        if let Some(late_s) = late_s {
-            self.recent.record(time_s, late_s, (measured, odometry_s));
-        }
-        let (mut reading, mut stamp_s) = (measured, odometry_s);
+        };
+        let measured = (measured, odometry_s);
+        let arriving = self.recent.arriving(faults, time_s, late_s, || measured);
+        let (mut reading, mut stamp_s) = arriving.unwrap_or(measured);
         let mut is_frozen = false;
         for fault in active_faults(faults, time_s) {
             let change = match fault {
@@ -343,10 +313,8 @@ impl FaultyOdometry {
                 OdometryChange::Reversed => reading.twist.linear = -reading.twist.linear,
                 OdometryChange::NotFinite => reading.pose.x = f64::NAN,
                 OdometryChange::Shifted(x_m) => reading.pose.x += x_m,
-                OdometryChange::Late(_) => {
-                    (reading, stamp_s) =
-                        self.recent.arriving().copied().unwrap_or((reading, stamp_s));
-                }
+                // It came first: the others change what arrives.
+                OdometryChange::Late(_) => {}
             }
         }
         if !is_frozen {
@@ -464,20 +432,41 @@ mod tests {
         assert!(displacement.is_bogged());
     }
 
+    fn moving(time_s: f64) -> OdometryReading {
+        OdometryReading { pose: Pose::new(time_s, 0.0, 0.0), twist: Twist::new(time_s, 0.0) }
+    }
+
     #[test]
     fn late_odometry_has_the_readings_of_its_stamps() {
         let mut faulty = FaultyOdometry::default();
         let faults = [odometry(OdometryChange::Late(1.0))];
         for tick in 0..40 {
             let time_s = 0.1 * f64::from(tick);
-            let measured = OdometryReading {
-                pose: Pose::new(time_s, 0.0, 0.0),
-                twist: Twist::new(time_s, 0.0),
-            };
-            let (reading, stamp_s) = faulty.reported(&faults, time_s, measured, time_s);
+            let (reading, stamp_s) = faulty.reported(&faults, time_s, moving(time_s), time_s);
             assert_eq!((reading.pose.x, reading.twist.linear), (stamp_s, stamp_s));
             let age_s = time_s - stamp_s;
             assert!(time_s < 1.05 || (age_s - 1.0).abs() < 0.11, "{age_s} at {time_s}");
+        }
+    }
+
+    #[test]
+    fn each_late_odometry_has_its_delay_and_the_changes_listed_before_it() {
+        let late = |from_s: f64, to_s: f64, by_s: f64| FaultInjection::Odometry {
+            from_s,
+            to_s,
+            change: OdometryChange::Late(by_s),
+        };
+        let reversed = odometry(OdometryChange::Reversed);
+        let faults = [reversed, late(0.0, 4.0, 0.5), late(4.0, 8.0, 2.0)];
+        let mut faulty = FaultyOdometry::default();
+        for second in 0..10 {
+            for eighth in 0..8 {
+                let time_s = f64::from(8 * second + eighth) / 8.0;
+                let (reading, stamp_s) = faulty.reported(&faults, time_s, moving(time_s), time_s);
+                assert_eq!((reading.pose.x, reading.twist.linear), (stamp_s, -stamp_s));
+                let late_s = [0.5, 2.0, 0.0][usize::min(second as usize / 4, 2)];
+                assert_eq!(stamp_s, (time_s - late_s).max(0.0), "at {time_s}");
+            }
         }
     }
 }

@@ -5,7 +5,8 @@ use core::f64::consts::TAU;
 use rand::RngExt;
 use rand_pcg::Pcg64Mcg;
 
-use super::fault_injection::{RecentMeasurements, active_faults};
+use super::fault_injection::active_faults;
+use super::recent_measurements::RecentMeasurements;
 use super::{FaultInjection, LidarChange, RngStream, generator};
 use crate::runtime::LidarData;
 
@@ -65,18 +66,13 @@ impl FaultyLidar {
         stamp_s: f64,
         measured: LidarData,
     ) -> LidarData {
-        let changes = |fault: &FaultInjection| match fault {
-            FaultInjection::Lidar { change, .. } => Some(*change),
+        let late_s = |fault: &FaultInjection| match fault {
+            FaultInjection::Lidar { change: LidarChange::Late(late_s), .. } => Some(*late_s),
             _ => None,
         };
-        let late_s = faults.iter().filter_map(changes).find_map(|change| match change {
-            LidarChange::Late(late_s) => Some(late_s),
-            _ => None,
-        });
-        if let Some(late_s) = late_s {
-            self.recent.record(time_s, late_s, stamped(&measured, stamp_s));
-        }
-        let mut sent = measured;
+        let stamped_now = || stamped(&measured, stamp_s);
+        let arriving = self.recent.arriving(faults, time_s, late_s, stamped_now);
+        let mut sent = arriving.unwrap_or(measured);
         let (mut is_frozen, mut is_stopped) = (false, false);
         for fault in active_faults(faults, time_s) {
             match fault {
@@ -88,9 +84,6 @@ impl FaultyLidar {
                 FaultInjection::Lidar { change: LidarChange::Stopped, .. } => {
                     is_stopped = true;
                     sent = self.last.get_or_insert_with(|| stamped(&sent, stamp_s)).clone();
-                }
-                FaultInjection::Lidar { change: LidarChange::Late(_), .. } => {
-                    sent = self.recent.arriving().cloned().unwrap_or(sent);
                 }
                 FaultInjection::Lidar { change: LidarChange::Ahead(by_s), .. } => {
                     sent = stamped(&sent, stamp_s);
@@ -142,7 +135,7 @@ impl FaultyLidar {
                     scan.beams.iter_mut().for_each(|beam| beam.angle *= ratio);
                 }
             },
-            // These replace the revolution or its stamps.
+            // The revolution that arrives is late already; the others replace it or its stamps.
             LidarChange::Late(_) | LidarChange::Ahead(_) | LidarChange::Stopped => {}
         }
     }
@@ -170,5 +163,29 @@ fn repeated(kept: &LidarData, measured: LidarData) -> LidarData {
             LidarData::TimedScan(sent)
         }
         (kept, _) => kept.clone(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::map::Scan;
+
+    #[test]
+    fn late_revolutions_have_the_changes_listed_before_and_after() {
+        let (from_s, to_s) = (0.0, f64::INFINITY);
+        let fault = |change| FaultInjection::Lidar { from_s, to_s, change };
+        let changes = [LidarChange::Negative, LidarChange::Late(0.5), LidarChange::EveryNth(2)];
+        let (faults, mut lidar) = (changes.map(fault), FaultyLidar::new(0));
+        for tick in 0..20 {
+            let time_s = 0.25 * f64::from(tick);
+            let scan = Scan { ranges: vec![1.0 + time_s; 4], ..Scan::default() };
+            let sent = lidar.sent(&faults, time_s, time_s, LidarData::Scan(scan));
+            let LidarData::TimedScan(sent) = sent else { panic!("late scans have stamps") };
+            let measured_s = (time_s - 0.5).max(0.0);
+            let beams: Vec<(f64, f64)> =
+                sent.beams.iter().map(|beam| (beam.time_s, beam.range)).collect();
+            assert_eq!(beams, [(measured_s, -1.0 - measured_s); 2], "at {time_s}");
+        }
     }
 }

@@ -16,6 +16,7 @@ mod pedestrian_spawner;
 mod plant;
 mod process_robot;
 mod protected_sender;
+mod recent_measurements;
 mod route_sampler;
 mod scenes;
 mod simulated_lidar;

@@ -93,8 +93,7 @@ impl PedestrianSpawner {
         robot_radius_m: f64,
     ) -> Result<MovingObstacles, SimError> {
         let PedestrianSettings { radius_m, yields, leg_diameter_m, .. } = self.settings;
-        self.settings.validate()?;
-        require(self.count <= MAX_COUNT, "count", self.count as f64, "at most 100000")?;
+        self.validate()?;
         if self.count == 0 {
             return Ok(MovingObstacles::default());
         }
@@ -119,6 +118,13 @@ impl PedestrianSpawner {
             moving_obstacles.push(one.with_legs(leg_diameter_m, phase_m)?);
         }
         Ok(MovingObstacles::new(moving_obstacles))
+    }
+
+    /// Checks the settings, and that a list of all pedestrians has room in memory.
+    pub(super) fn validate(&self) -> Result<(), SimError> {
+        self.settings.validate()?;
+        require(self.count <= MAX_COUNT, "count", self.count as f64, "at most 100000")?;
+        Ok(())
     }
 
     /// Draws the walking speed of a pedestrian, m/s.
@@ -222,6 +228,7 @@ mod tests {
     use super::*;
     use crate::geometry::Pose;
     use crate::map::GridFrame;
+    use crate::sim::Surprise;
 
     /// A path of 1 m: a quarter of it is less than the robot.
     #[test]
@@ -247,7 +254,10 @@ mod tests {
         let obstacles = ObstacleGrid::new(frame, vec![false; frame.len()]);
         let path = [Point::new(1.0, 5.0), Point::new(9.0, 5.0)];
         let spawner = PedestrianSpawner::new(usize::MAX, 1);
-        let error = spawner.spawn(&obstacles, &path, &[], 0.0).expect_err("too many").to_string();
-        assert!(error.starts_with("count is ") && error.contains("at most 100000"), "{error}");
+        let sudden = spawner.spawn_sudden(&obstacles, &Path::new(path.to_vec()), Surprise::Start);
+        for spawned in [spawner.spawn(&obstacles, &path, &[], 0.0), sudden] {
+            let error = spawned.expect_err("too many").to_string();
+            assert!(error.starts_with("count is ") && error.contains("at most 100000"), "{error}");
+        }
     }
 }

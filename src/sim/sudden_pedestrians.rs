@@ -52,7 +52,7 @@ impl PedestrianSpawner {
         path: &Path,
         surprise: Surprise,
     ) -> Result<MovingObstacles, SimError> {
-        self.settings.validate()?;
+        self.validate()?;
         let settings = &self.settings;
         let walkable = FreeSpace::new(obstacles, settings.radius_m);
         let transparent = FreeSpace::new(obstacles, 0.0);

@@ -528,7 +528,9 @@ class Navigator:
         """Replace the map, in the same frame, while the robot drives.
 
         The next step avoids its obstacles and zones, and a path on it is planned at once. Obstacles
-        that only the lidar saw remain. It takes time in proportion to the map's area.
+        that only the lidar saw remain. Where the map has no path even without them, the mission
+        fails within a second by the default settings: ``fault`` has NO_VALID_PATH. It takes time in
+        proportion to the map's area.
         """
     @property
     def distance_left_m(self) -> float:

@@ -9,7 +9,6 @@ use crate::localization::map_scores::MapScores;
 use crate::localization::pose_filters::offset;
 use crate::localization::relocalization::{Found, GlobalSearch, SearchRegion};
 use crate::localization::scan_matcher::ScanMatch;
-use crate::localization::signed_distance_field::SignedDistanceField;
 use crate::localization::{LocalizationError, LocalizationStatus, LostReason, PoseHint};
 
 /// A robot that stands does not move by more than this between two revolutions of a search, metres and radians.
@@ -42,8 +41,8 @@ pub(super) struct Searches {
     /// Of a robot that is not lost.
     doubt: Option<Doubt>,
     doubtful: u32,
-    /// The robot was found by a hint, and not compared with the places of the whole map yet.
-    is_hint_unchecked: bool,
+    /// The place is to be compared with those of the whole map: a hint found it, or the map was replaced during a comparison.
+    is_unchecked: bool,
     /// Made for the first search.
     pub scores: Option<MapScores>,
 }
@@ -56,12 +55,6 @@ pub(super) struct HintedRegion {
 }
 
 impl HintedRegion {
-    /// The region on another map.
-    pub fn on(self, map: &SignedDistanceField, before: &SignedDistanceField) -> Self {
-        let center = map.to_grid(&before.to_map(&self.region.center));
-        Self { region: SearchRegion { center, ..self.region }, ..self }
-    }
-
     /// The region for a robot that has moved since.
     fn moved_to(&mut self, odometry: &Pose) -> SearchRegion {
         let before = self.odometry.get_or_insert(*odometry);
@@ -71,10 +64,15 @@ impl HintedRegion {
 }
 
 impl Searches {
-    /// Begins again on another map in the same frame.
-    #[cfg(feature = "sim")]
-    pub fn restart(&mut self) {
-        *self = Self { hint: self.hint.take(), ..Self::default() };
+    /// The same searches from their begin on another map, to whose grid a function converts poses. A candidate of a search must then
+    /// agree as one that no search found.
+    pub fn restarted(&self, converted: impl Fn(&Pose) -> Pose) -> Self {
+        let hint = self.hint.map(|it| {
+            let center = converted(&it.region.center);
+            HintedRegion { region: SearchRegion { center, ..it.region }, ..it }
+        });
+        let is_unchecked = self.is_unchecked || self.doubt.is_some();
+        Self { hint, doubtful: self.doubtful, is_unchecked, ..Self::default() }
     }
 
     /// Ends all searches: what they began with no longer holds.
@@ -85,7 +83,7 @@ impl Searches {
     /// The candidate of the search is confirmed. One near a hint may still be the wrong place: most of the beams may agree there too.
     pub fn confirm(&mut self) {
         self.of_lost = None;
-        self.is_hint_unchecked = self.hint.take().is_some();
+        self.is_unchecked = self.hint.take().is_some();
     }
 }
 
@@ -208,10 +206,10 @@ impl Localizer {
             self.estimate.agreement.matching_fraction() < settings.relocalized_agreement;
         searches.doubtful = if is_doubtful { searches.doubtful + 1 } else { 0 };
         if searches.doubt.is_none() {
-            if searches.doubtful < DOUBTFUL_SCANS && !searches.is_hint_unchecked {
+            if searches.doubtful < DOUBTFUL_SCANS && !searches.is_unchecked {
                 return false;
             }
-            (searches.doubtful, searches.is_hint_unchecked) = (0, false);
+            (searches.doubtful, searches.is_unchecked) = (0, false);
         }
         let scores = searches.scores.get_or_insert_with(|| MapScores::new(map));
         let mut doubt = searches.doubt.take().unwrap_or_else(|| Doubt {

@@ -1,8 +1,8 @@
 //! The parameters of ROS 2 nodes in a YAML file: namespaces, wildcards, nested keys.
 //!
 //! The parameters of a node are below `ros__parameters`. The keys above it are the node's namespace and name, nested or joined
-//! by slashes. The name `/**` matches every node; a node's own parameters override it. Keys of parameters may be nested or
-//! joined by dots: for ROS both are equal.
+//! by slashes. The name `/**` matches every node; a node's own parameters override it. A `*` within a name is no wildcard. Keys of
+//! parameters may be nested or joined by dots: for ROS both are equal.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -49,7 +49,7 @@ impl ParameterFile {
     ) -> Result<String, Nav2Error> {
         let known = self.0.iter().filter(|node| names.contains(&&*node.name));
         let found: BTreeSet<&str> =
-            known.map(robot).filter(|namespace| !is_wild(namespace)).collect();
+            known.map(robot).filter(|namespace| !namespace.contains('*')).collect();
         let listed = || {
             let quoted = found.iter().map(|namespace| match *namespace {
                 "" => "the root".to_owned(),
@@ -111,8 +111,9 @@ fn robot(node: &Node) -> &str {
     if last == node.name { before } else { namespace }
 }
 
+/// Whether a name or namespace has a wildcard. For ROS only a whole name is one: `robot*` matches nothing.
 fn is_wild(name: &str) -> bool {
-    name.contains('*')
+    name.split('/').any(|name| matches!(name, "*" | "**"))
 }
 
 /// Collects the nodes in a mapping and its nested mappings.
@@ -294,4 +295,26 @@ impl Parameters {
 /// A finite number.
 pub(super) fn finite(value: &Value) -> Option<f64> {
     value.as_f64().filter(|number| number.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_whole_names_are_wildcards() {
+        let node = |name: &str, value: u32| format!("{name}:\n  ros__parameters: {{a: {value}}}\n");
+        let names =
+            ["/**", "/control*", "/robot*/controller_server", "/*/controller_server", "/robot"];
+        let text: String = names.iter().zip(1..).map(|(name, value)| node(name, value)).collect();
+        let file = ParameterFile::parse(&text).expect("a valid file");
+        let names = ["controller_server"];
+        assert_eq!(file.select_namespace(None, &names).ok().as_deref(), Some(""));
+        let (parameters, overridden) = file.node("robot1", names[0]).expect("it has the node");
+        assert_eq!(parameters.peek("a"), Some(&Value::from(4)));
+        assert_eq!(overridden.len(), 1, "{overridden:?}");
+        let mut ignored = file.ignored_nodes("robot1", &names);
+        ignored.sort_unstable();
+        assert_eq!(ignored, ["/control*", "/robot", "/robot*/controller_server"]);
+    }
 }
