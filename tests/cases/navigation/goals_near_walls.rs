@@ -43,7 +43,8 @@ fn robot_turns_to_the_yaw_of_its_goal_before_the_wall_leaves_no_room() {
     }
 }
 
-/// The discs that cover a triangle reach far beyond its tip. Where the circle around it has room, the path is clear.
+/// The discs that cover a triangle reach far beyond its tip. Where the circle around it has room, the path is clear: here in front of the
+/// wall behind the goal.
 #[test]
 fn triangular_robot_keeps_its_path_through_a_door() {
     let mut config = Config::default();
@@ -51,7 +52,7 @@ fn triangular_robot_keeps_its_path_through_a_door() {
     config.robot.footprint =
         Footprint::covering(Polygon::new(corners.to_vec()).expect("a polygon"));
     let start = Pose::new(2.0, 4.5, 0.0);
-    let result = drive_with(&config, &room(0.9, 0.0), start, Point::new(10.0, 1.5));
+    let result = drive_with(&config, &room(1.0, 0.0), start, Point::new(11.25, 3.0));
     assert!(result.reached, "{:?}", result.fault);
-    assert!(result.plans.len() <= 2, "{} plans", result.plans.len());
+    assert_eq!(result.plans.len(), 1);
 }
