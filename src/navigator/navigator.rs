@@ -54,7 +54,7 @@ pub struct Navigator {
     is_narrow: bool,
     /// Distance along the path to that passage, metres; `None` if the path has none here.
     to_narrow_m: Option<f64>,
-    /// The key node to which the robot turned in place at the last tick.
+    /// The key node to which the robot turned in place at the last tick, away from people.
     turning_to: Option<Point>,
     base: BaseResponse,
     tick_clock: TickClock,
@@ -388,6 +388,8 @@ impl Navigator {
         }
         let may_stage = self.waypoints.may_stage() && self.controller.is_none();
         let reverses = may_stage.then(|| state.limits_in_sight().min_vel_x < 0.0);
+        // Next to people the robot turns to where there is room at each tick.
+        let may_keep_target = !state.waits_for_people();
         let decided = match &mut self.controller {
             Some(host) => {
                 if has_new_route {
@@ -401,7 +403,8 @@ impl Navigator {
             self.route = route;
         }
         let mut decision = decided.map_err(|fault| self.with_modes(fault))?;
-        self.turning_to = (decision.mode == Mode::Rotating).then_some(decision.local_target);
+        self.turning_to =
+            (may_keep_target && decision.mode == Mode::Rotating).then_some(decision.local_target);
         if decision.mode != Mode::Evading {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }

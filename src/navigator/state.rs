@@ -335,5 +335,11 @@ mod tests {
         assert_eq!(target_m(0.1, Some(2.0)), 3.0, "on the path");
         assert_eq!(target_m(0.3, Some(2.0)), 1.5);
         assert_eq!(target_m(0.3, Some(0.0)), 3.0, "in the passage");
+        // It turns to a key node already.
+        with_state(&settings, &robot, &ground, &now, Default::default(), |state| {
+            let turning_to = Point::new(1.0, 0.0);
+            state.follow(state.route, Some(turning_to));
+            assert_eq!(state.local_target, turning_to);
+        });
     }
 }

@@ -223,7 +223,7 @@ fn duration_of_a_log_whose_stamps_run_backwards_is_not_negative() {
         let from = line[..at].rfind(' ').expect("a scan has fields");
         line.insert(from + 1, '-');
     }
-    place.write("drive.log", lines.join("\n"));
+    place.write("drive.log", lines.join("\n") + "\n");
     let (_, object) = place.json("bench localization --log drive.log");
     assert_eq!(object["duration_s"], 0.5 * f64::from(SCANS - 1), "{object}");
 }
