@@ -388,8 +388,7 @@ impl Navigator {
         }
         let may_stage = self.waypoints.may_stage() && self.controller.is_none();
         let reverses = may_stage.then(|| state.limits_in_sight().min_vel_x < 0.0);
-        // Next to people the robot turns to where there is room at each tick.
-        let may_keep_target = !state.waits_for_people();
+        let near_people = state.waits_for_people();
         let decided = match &mut self.controller {
             Some(host) => {
                 if has_new_route {
@@ -402,15 +401,29 @@ impl Navigator {
         if let Some(route) = new_route {
             self.route = route;
         }
-        let mut decision = decided.map_err(|fault| self.with_modes(fault))?;
-        self.turning_to =
-            (may_keep_target && decision.mode == Mode::Rotating).then_some(decision.local_target);
+        let decision = decided.map_err(|fault| self.with_modes(fault))?;
+        Ok(self.settled(decision, now, fastest, near_people, reverses))
+    }
+
+    /// A decision of the behaviours within the speed limit, m/s, and with the mode that follows from it. `reverses` is that of
+    /// [`Self::mode_after`].
+    fn settled(
+        &mut self,
+        mut decision: Decision,
+        now: &PredictedState,
+        fastest: f64,
+        near_people: bool,
+        reverses: Option<bool>,
+    ) -> Decision {
+        // Next to people the robot turns to where there is room at each tick.
+        let keeps_target = decision.mode == Mode::Rotating && !near_people;
+        self.turning_to = keeps_target.then_some(decision.local_target);
         if decision.mode != Mode::Evading {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }
         self.stuck_ticks.count(decision.mode);
         decision.mode = self.mode_after(decision.mode, now, reverses);
-        Ok(decision)
+        decision
     }
 
     /// Sets how near to each other the local planner checks poses.
