@@ -105,8 +105,8 @@ impl EncoderSpeed {
     }
 
     /// Takes the counts of both tracks at a time by the base's clock, seconds, and returns their speeds. Returns none if no track
-    /// can have run that far since the last reading, if time ran backwards, or if the counters seem to have been reset. The third consecutive rejected reading that agrees
-    /// with the others restarts the measurement and sets [`Faults::ENCODER`].
+    /// can have run that far since the last reading, if time ran backwards, or if the counters seem to have been reset. The third
+    /// consecutive rejected reading that agrees with the others restarts the measurement and sets [`Faults::ENCODER`].
     pub(super) fn update(&mut self, counts: PerTrack<u32>, time_s: f64) -> Option<TrackSpeeds> {
         self.take(Reading { counts, time_s, earliest_s: time_s, range: self.range })
     }
@@ -165,19 +165,15 @@ impl EncoderSpeed {
     fn is_plausible(&self, before: &Reading, now: &Reading) -> bool {
         let travelled_m = travel_m(&before.counts, &now.counts, &self.ticks_per_m);
         let elapsed_s = now.time_s - before.earliest_s;
-        if elapsed_s <= OUTAGE_S {
-            return is_plausible_travel(&travelled_m, elapsed_s, self.max_speed_m_s);
+        let can_have_run = is_plausible_travel(&travelled_m, elapsed_s, self.max_speed_m_s);
+        if !can_have_run || elapsed_s <= OUTAGE_S {
+            return can_have_run;
         }
         // Readings that waited for a busy host arrive together: the speeds of all recent ones count.
         let mut range = now.range;
         self.readings.iter().for_each(|reading| range.join(&reading.range));
-        is_plausible_travel(&travelled_m, elapsed_s, self.max_speed_m_s)
-            && !are_counters_reset(
-                (&before.counts, &now.counts),
-                &self.ticks_per_m,
-                &range,
-                elapsed_s,
-            )
+        let counts = (&before.counts, &now.counts);
+        !are_counters_reset(counts, &self.ticks_per_m, &range, elapsed_s)
     }
 
     /// Number of rejected readings.

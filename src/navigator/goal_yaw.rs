@@ -60,9 +60,10 @@ fn place_with_room(
             clearance.keeps_gap(&disc, &Pose::new(between.x, between.y, 0.0), 0.0)
         })
     };
-    let places =
-        SHARES.into_iter().flat_map(|share| place.circle(share * xy_goal_tolerance, PLACES));
-    places.into_iter().find(|at| has_room(at) && is_in_sight(at))
+    SHARES
+        .into_iter()
+        .flat_map(|share| place.circle(share * xy_goal_tolerance, PLACES))
+        .find(|at| has_room(at) && is_in_sight(at))
 }
 
 /// Rejects a goal at which the body touches an obstacle of the map with the goal's yaw, anywhere within the goal's tolerances: the

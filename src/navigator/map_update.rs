@@ -37,8 +37,8 @@ impl PreparedMap {
 
 impl Navigator {
     /// Replaces the map, in the same frame, without a stop. The next decision avoids its obstacles, and a plan on it is requested
-    /// at once. Obstacles that the lidar saw remain where the map does not show them. For a map that another
-    /// program made, call [`Self::require_path_on_map`] too.
+    /// at once. Obstacles that the lidar saw remain where the map does not show them. For a map that another program
+    /// made, call [`Self::require_path_on_map`] too.
     pub fn replace_map(&mut self, map: PreparedMap) {
         self.obstacles.replace_map(map.local);
         self.standing_room = map.standing_room;

@@ -108,13 +108,11 @@ impl<'a> State<'a> {
         let in_sight = |node: &Point| self.is_straight_clear_to(node);
         let (nearest_m, farthest_m) = (settings.min_lookahead_m, settings.lookahead_m);
         // A robot beside its path would enter a passage obliquely, and touch its sides: it first drives to the path in front of it.
-        let from_aside_m = self.to_narrow_m.filter(|_| self.off_path_m > ASIDE_M);
-        let farthest_m = match from_aside_m {
-            Some(to_narrow_m) if to_narrow_m > 0.0 => {
-                farthest_m.min((to_narrow_m - settings.key_node_spacing_m).max(nearest_m))
-            }
-            _ => farthest_m,
-        };
+        let entered_obliquely_m =
+            self.to_narrow_m.filter(|to_m| *to_m > 0.0 && self.off_path_m > ASIDE_M);
+        let farthest_m = entered_obliquely_m.map_or(farthest_m, |to_m| {
+            farthest_m.min((to_m - settings.key_node_spacing_m).max(nearest_m))
+        });
         let target = turning_to.unwrap_or_else(|| route.key_node(nearest_m, farthest_m, in_sight));
         self.route = route;
         self.local_target = target;

@@ -10,7 +10,7 @@ pub enum OutgoingCommand {
     Drive(Twist),
     /// The latched stop.
     EngageStop,
-    /// The end of the latched stop, sent once.
+    /// The end of the latched stop. The session of a base that can lose a command repeats it.
     ReleaseStop,
 }
 
