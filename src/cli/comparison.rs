@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use inbye::bench::text_table;
-use inbye::experiment::{Cell, RankedPlanner, RunRow, planner_names, rankings};
+use inbye::experiment::{Cell, RankedPlanner, RunRow, WorldKind, planner_names, rankings};
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::suggest::counted;
 use serde_json::json;
@@ -104,7 +104,7 @@ fn play(
     let names = planner_names(rows);
     let mut plays = BTreeMap::new();
     for (row, name) in rows.iter().zip(&names) {
-        let is_played = played.contains(&(row.world.clone(), row.seed))
+        let is_played = played.contains(&task(row))
             && row.ticks > 0
             && !plays.contains_key(&row.key);
         if !is_played || machine::is_interrupted() {
@@ -120,12 +120,19 @@ fn play(
     Ok(plays)
 }
 
-/// The first worlds and seeds of the rows.
-fn first_tasks(rows: &[RunRow], count: usize) -> BTreeSet<(String, u64)> {
+/// What each planner drives: a kind of world, a world and a seed.
+type Task = (WorldKind, String, u64);
+
+fn task(row: &RunRow) -> Task {
+    (row.kind, row.world.clone(), row.seed)
+}
+
+/// The first tasks of the rows.
+fn first_tasks(rows: &[RunRow], count: usize) -> BTreeSet<Task> {
     let mut tasks = BTreeSet::new();
     for row in rows {
         if tasks.len() < count {
-            tasks.insert((row.world.clone(), row.seed));
+            tasks.insert(task(row));
         }
     }
     tasks

@@ -55,7 +55,7 @@ pub struct LocalizationArguments {
     /// Place at which the drives turn back.
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true, requires = "map")]
     pub goal: Option<Place>,
-    /// Settings, TOML; those that make a drive depend on the wall clock are refused: `navigator.deadline_s`, and
+    /// Changes of the settings, TOML; those that make a drive depend on the wall clock are refused: `navigator.deadline_s`, and
     /// `navigator.wait_for_plans` = false.
     #[arg(long)]
     pub config: Option<PathBuf>,
@@ -71,9 +71,9 @@ pub struct LocalizationArguments {
     /// Smallest length of a tour, metres.
     #[arg(long, default_value_t = 300.0, allow_negative_numbers = true, value_parser = real(1.0..=10_000.0, "metres, 1 to 10000"))]
     pub tour: f64,
-    /// Share of each track's speed that is lost to slip.
-    #[arg(long, default_value_t = 0.05, allow_negative_numbers = true, value_parser = real(0.0..=0.9, "0 to 0.9"))]
-    pub slip: f64,
+    /// Share of each track's speed that is lost to slip [default: that of --config, or 0.05].
+    #[arg(long, allow_negative_numbers = true, value_parser = real(0.0..=0.9, "0 to 0.9"))]
+    pub slip: Option<f64>,
     #[command(flatten)]
     pub log: LogArguments,
     #[command(flatten)]
@@ -113,12 +113,10 @@ pub fn run(arguments: &LocalizationArguments) -> anyhow::Result<bool> {
 
 /// The settings of drives and logs.
 pub fn settings(arguments: &LocalizationArguments) -> anyhow::Result<Config> {
-    let mut config = match arguments.config.as_deref() {
-        None => localization_config(),
-        file => config::load("--config", file)?,
-    };
+    let mut config = config::changed(localization_config(), arguments.config.as_deref())?;
     config.pose_source = PoseSource::Scans;
-    config.simulation.dynamics.slip.mean = arguments.slip;
+    let slip = &mut config.simulation.dynamics.slip.mean;
+    *slip = arguments.slip.unwrap_or(*slip);
     Ok(config)
 }
 

@@ -41,15 +41,15 @@ impl RunArguments {
         self.threads.unwrap_or_else(machine::cores)
     }
 
-    /// Runs the cells that have no result yet, and writes the record; the rows of all, in the grid's order or as `sort` leaves
-    /// them, and whether the record was written. The caller returns that error at its end: a full disk for the record must not prevent
-    /// the result and the report.
+    /// Runs the cells that have no result yet, and writes the record unless it is interrupted; the rows of all, in the grid's order
+    /// or as `sort` leaves them, and whether the record was written. The caller returns that error at its end: a full disk for the
+    /// record must not prevent the result and the report.
     pub fn run(&self, grid: &Grid, sort: fn(&mut [RunRow])) -> anyhow::Result<Recorded> {
         let record = Output::of_rows::<RunRow>("--record", self.record.as_deref())?;
         interrupt_flag()?;
         let mut rows = run_grid(grid, self.out.as_deref(), self.jobs())?;
         sort(&mut rows);
-        let written = record.write_rows(&rows);
+        let mut written = Ok(());
         if is_interrupted() {
             let kept = self.out.as_ref().map_or_else(
                 || "they are not kept: with --out DIR the same command could resume".to_owned(),
@@ -60,6 +60,8 @@ impl RunArguments {
                 rows.len(),
                 counted(grid.distinct().len(), "run")
             ));
+        } else {
+            written = record.write_rows(&rows);
         }
         Ok((rows, written))
     }

@@ -4,12 +4,13 @@ use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf, absolute};
 use std::process::Stdio;
+use std::sync::Arc;
 use std::{fs, io};
 
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::experiment::{
-    Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, fault_text, rankings,
+    Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, WorldSettings, fault_text, rankings,
 };
 use inbye::external::{ProgramSettings, run_in_group};
 use inbye::input_file::read_text;
@@ -111,10 +112,10 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
         output::result(&json!({ "plan": plan }), [plan.trim_end()])?;
         return Ok(true);
     };
-    let plan = read(file)?;
+    let (plan, settings) = read(file)?;
     let save = Output::create("--save", arguments.save.as_deref(), &["toml"])?;
     let report = ReportFolder::create(arguments.report.as_deref())?;
-    let search = search(arguments, &plan, file)?;
+    let search = search(arguments, (&plan, file), &settings)?;
     let best = search.candidates.first().filter(|_| !machine::is_interrupted());
     let Some(best) = best else {
         print(&search, None)?;
@@ -157,29 +158,35 @@ pub fn run(arguments: &TuneArguments) -> anyhow::Result<bool> {
     Ok([&search.rows, &judgement.rows].into_iter().all(|rows| has_arrived(rows)))
 }
 
-/// The plan of a file, with all its values and worlds checked.
-fn read(file: &Path) -> anyhow::Result<TuningPlan> {
+/// The plan of a file, with all its values and worlds checked, and the settings of the worlds.
+fn read(file: &Path) -> anyhow::Result<(TuningPlan, Vec<Arc<WorldSettings>>)> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
     let plan = parse_toml(&text, &TuningPlan::default(), TuningPlan::check).with_context(place)?;
-    plan.check_values()
-        .and_then(|()| plan.check_worlds(file.parent().unwrap_or(Path::new(""))))
+    let settings = plan
+        .settings_of_worlds(file.parent().unwrap_or(Path::new("")))
+        .and_then(|settings| plan.check_values(&settings).map(|()| settings))
         .map_err(|error| TomlError::in_text(&error, &text))
         .with_context(place)?;
-    Ok(plan)
+    Ok((plan, settings))
 }
 
 /// Drives the rounds of a search, up to an interruption.
-fn search(arguments: &TuneArguments, plan: &TuningPlan, file: &Path) -> anyhow::Result<Search> {
+fn search(
+    arguments: &TuneArguments,
+    (plan, file): (&TuningPlan, &Path),
+    settings: &[Arc<WorldSettings>],
+) -> anyhow::Result<Search> {
     let (mut all, mut searched): (Vec<Candidate>, Vec<RunRow>) = Default::default();
-    let (base, first_error) = (plan.base()?, RefCell::new(None));
-    // Whether the settings are valid together, as changes of those of the plan.
-    let is_usable = |changes: &str| match base.with_changes(changes) {
-        Ok(_) => true,
-        Err(error) => {
+    let first_error = RefCell::new(None);
+    // Whether the settings are valid together, as changes of those of each world.
+    let is_usable = |changes: &str| {
+        let error = settings.iter().find_map(|one| one.with_changes(changes).err());
+        let is_valid = error.is_none();
+        error.into_iter().for_each(|error| {
             first_error.borrow_mut().get_or_insert(error);
-            false
-        }
+        });
+        is_valid
     };
     for round in 0..plan.rounds {
         let points: Vec<Point> =

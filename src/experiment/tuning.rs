@@ -2,6 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
+use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -10,9 +11,9 @@ use serde_json::json;
 use toml::Value;
 
 use super::plan::{listed, require};
-use super::{Changes, ExperimentError, Plan, PlanWorlds};
+use super::{Changes, ExperimentError, Plan, PlanWorlds, WorldSettings};
 use crate::base::standard_normal;
-use crate::runtime::{Config, merge_tables};
+use crate::runtime::merge_tables;
 use crate::settings::{commented_toml, setting_schema, settings};
 
 settings! {
@@ -115,14 +116,6 @@ impl TuningPlan {
         PlanWorlds::check_all("judge", &self.judge)
     }
 
-    /// The default settings with those of the plan: whether candidates are valid is checked on them.
-    ///
-    /// # Errors
-    /// The settings of the plan are not valid.
-    pub fn base(&self) -> Result<Config, ExperimentError> {
-        self.config.applied("config", &Config::default())
-    }
-
     /// The settings of the plan with changes of them, as TOML for `inbye drive --config`.
     ///
     /// # Errors
@@ -133,16 +126,19 @@ impl TuningPlan {
         Ok(table.to_string())
     }
 
-    /// Checks that each value of a list and both ends of a range are valid for a setting. A search leaves out settings that are not
-    /// valid together, and so it would leave out such a value without a word.
+    /// Checks that each value of a list and both ends of a range are valid with some settings, those of
+    /// [`Self::settings_of_worlds`]. A search leaves out settings that are not valid together, and so it would leave out such a
+    /// value without a word.
     ///
     /// # Errors
     /// The error names the first key and value that is not valid, alone or with a value of another key.
-    pub fn check_values(&self) -> Result<(), ExperimentError> {
-        let base = self.base()?;
+    pub fn check_values(&self, settings: &[Arc<WorldSettings>]) -> Result<(), ExperimentError> {
         // What the error names is a key of the plan, and no line of these changes.
         let error_of = |changes: &str| match changes.parse::<Changes>() {
-            Ok(changes) => base.with_table(&changes.0).err().map(|error| error.to_string()),
+            Ok(changes) => settings.iter().find_map(|one| {
+                let applied = one.with_table(&changes.0);
+                applied.err().map(|error| error.to_string())
+            }),
             Err(error) => Some(error),
         };
         let line = |key: &str, value: &Value| format!("{key} = {value}\n");
@@ -167,25 +163,32 @@ impl TuningPlan {
         Ok(())
     }
 
-    /// Checks that no world of the judgement is one of the search: both have the same seeds. Paths are relative to this folder.
+    /// The settings of all worlds with those of the plan, each once: kinds of worlds have settings of their own, and a candidate
+    /// must be valid with all of them. Paths are relative to this folder.
     ///
     /// # Errors
-    /// The error names the first such world, or a world that cannot be read.
-    pub fn check_worlds(&self, folder: &Path) -> Result<(), ExperimentError> {
+    /// The error names a world of the judgement that is one of the search too, since both have the same seeds; or a world that
+    /// cannot be read.
+    pub fn settings_of_worlds(
+        &self,
+        folder: &Path,
+    ) -> Result<Vec<Arc<WorldSettings>>, ExperimentError> {
         let read = |worlds| self.plan(worlds, BTreeMap::new()).read_worlds(folder);
-        let train: BTreeSet<String> =
-            read(&self.train)?.into_iter().map(|world| world.digest).collect();
-        match read(&self.judge)?.into_iter().find(|world| train.contains(&world.digest)) {
-            None => Ok(()),
-            Some(world) => Err(ExperimentError::Unusable {
+        let (train, judge) = (read(&self.train)?, read(&self.judge)?);
+        let trained: BTreeSet<&String> = train.iter().map(|world| &world.digest).collect();
+        if let Some(world) = judge.iter().find(|world| trained.contains(&world.digest)) {
+            return Err(ExperimentError::Unusable {
                 place: "judge".to_owned(),
                 reason: format!(
                     "world {} of {} is in train too, with the same seeds: name other worlds",
                     world.name.escape_debug(),
                     world.kind.name()
                 ),
-            }),
+            });
         }
+        let all = train.into_iter().chain(judge).map(|world| world.settings);
+        let distinct: BTreeMap<String, _> = all.map(|one| (one.digest.clone(), one)).collect();
+        Ok(distinct.into_values().collect())
     }
 
     /// The plan of `inbye sweep` that drives some worlds with these settings.
@@ -296,7 +299,9 @@ impl SearchRange {
 
 #[cfg(test)]
 mod tests {
+    use super::super::barn::barn_config;
     use super::*;
+    use crate::runtime::Config;
 
     fn plan(space: &str) -> TuningPlan {
         toml::from_str(&format!("candidates = 40\n[[judge]]\n[space]\n{space}")).expect("a plan")
@@ -336,8 +341,10 @@ mod tests {
         assert!(error.starts_with("[train.1] people is 101: it must be 0 to 100"), "{error}");
     }
 
+    /// Default settings, and those of BARN, which let the robot pass obstacles nearer.
     #[test]
     fn values_that_are_not_valid_are_rejected_by_key_and_value() {
+        let settings = [Config::default(), barn_config(1.0)].map(|config| Arc::new(config.into()));
         for (space, place) in [
             (
                 "\"local.sampler\" = { values = [\"arcs\", \"spirals\"] }",
@@ -351,12 +358,16 @@ mod tests {
                 "\"local.vx_sample\" = { from = 1, to = 8 }",
                 "space.local.vx_sample: 1: unknown field",
             ),
+            (
+                "\"collision_monitor.margin_m\" = { from = 0.005, to = 0.02 }",
+                "space.collision_monitor.margin_m: 0.02: [navigator] safety_margin_m is 0.01",
+            ),
         ] {
-            let error = plan(space).check_values().expect_err(space).to_string();
+            let error = plan(space).check_values(&settings).expect_err(space).to_string();
             assert!(error.starts_with(place), "{error}");
         }
         let valid = "\"local.sampler\" = { values = [\"arcs\", \"ramps\"] }\n\"local.vx_samples\" = { from = 8, to = 40 }";
-        assert_eq!(plan(valid).check_values(), Ok(()));
+        assert_eq!(plan(valid).check_values(&settings), Ok(()));
     }
 
     /// With a success that grows towards 0.8 the rounds come near it; the same seed gives the same points.
@@ -391,9 +402,10 @@ mod tests {
             let text = format!("[[train]]\nkind = \"scenes\"\n[[judge]]\n{judge}");
             toml::from_str(&text).expect("a plan")
         };
-        let error = plan("kind = \"scenes\"").check_worlds(Path::new("")).expect_err("equal");
+        let error = plan("kind = \"scenes\"").settings_of_worlds(Path::new("")).expect_err("equal");
         let text = "judge: world roadway of scenes is in train too, with the same seeds";
         assert!(error.to_string().starts_with(text), "{error}");
-        assert_eq!(plan("kind = \"missions\"").check_worlds(Path::new("")), Ok(()));
+        let settings = plan("kind = \"missions\"").settings_of_worlds(Path::new(""));
+        assert_eq!(settings.expect("other worlds").len(), 1);
     }
 }

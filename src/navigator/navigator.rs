@@ -388,7 +388,6 @@ impl Navigator {
         }
         let may_stage = self.waypoints.may_stage() && self.controller.is_none();
         let reverses = may_stage.then(|| state.limits_in_sight().min_vel_x < 0.0);
-        let near_people = state.waits_for_people();
         let decided = match &mut self.controller {
             Some(host) => {
                 if has_new_route {
@@ -402,7 +401,7 @@ impl Navigator {
             self.route = route;
         }
         let decision = decided.map_err(|fault| self.with_modes(fault))?;
-        Ok(self.settled(decision, now, fastest, near_people, reverses))
+        Ok(self.settled(decision, now, fastest, reverses))
     }
 
     /// A decision of the behaviours within the speed limit, m/s, and with the mode that follows from it. `reverses` is that of
@@ -412,12 +411,10 @@ impl Navigator {
         mut decision: Decision,
         now: &PredictedState,
         fastest: f64,
-        near_people: bool,
         reverses: Option<bool>,
     ) -> Decision {
-        // Next to people the robot turns to where there is room at each tick.
-        let keeps_target = decision.mode == Mode::Rotating && !near_people;
-        self.turning_to = keeps_target.then_some(decision.local_target);
+        let is_turning = decision.mode == Mode::Rotating;
+        self.turning_to = is_turning.then_some(decision.local_target);
         if decision.mode != Mode::Evading {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }

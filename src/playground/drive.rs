@@ -259,7 +259,7 @@ fn command(scene: &Scene, request: &DriveRequest, config: &Config, people: &str)
     };
     let _ = write!(
         text,
-        "inbye drive {} --start {x},{y},{yaw} --goal {goal_x},{goal_y} --obstacles {file} --seed 0",
+        "inbye drive {} --start {x},{y},{yaw} --goal {goal_x},{goal_y} --obstacles {file} --seed 0 --time-limit {TIME_LIMIT_S}",
         scene.arguments
     );
     for (key, value) in changes(&scene.config, config) {

@@ -24,7 +24,6 @@ pub struct Reader<R> {
     updated_map: Option<OccupancyGrid>,
     ticks: u64,
     summary: Option<DriveSummary>,
-    is_truncated: bool,
 }
 
 crate::settings::opaque_debug!(Reader<R>);
@@ -66,7 +65,6 @@ impl<R: Read + Seek> Reader<R> {
             updated_map: None,
             ticks: 0,
             summary: None,
-            is_truncated: false,
         })
     }
 
@@ -109,11 +107,7 @@ impl<R: Read + Seek> Reader<R> {
                     });
                 }
                 Ok(Some(_)) => {}
-                Ok(None) => return Ok(None),
-                Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
-                    self.is_truncated = true;
-                    return Ok(None);
-                }
+                Ok(None) | Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => return Ok(None),
                 Err(error) => return Err(damaged(self.ticks, error)),
             }
         }
@@ -154,7 +148,7 @@ impl<R: Read + Seek> Reader<R> {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let ticks = self.summary.as_ref().map(|summary| summary.ticks);
-        !self.is_truncated && ticks == Some(self.ticks)
+        ticks == Some(self.ticks)
     }
 }
 

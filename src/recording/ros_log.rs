@@ -166,15 +166,15 @@ impl RosLogReader {
                     }
                 }
                 Ok(Some(_)) => {}
-                Ok(None) | Err(McapError::UnexpectedEof) if !is_mcap => {
+                Ok(None) | Err(McapError::UnexpectedEof | McapError::BadMagic) if !is_mcap => {
                     return Err(RecordingError::NotMcap);
                 }
                 Ok(None) => return Ok(()),
-                Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
+                // After the first record, a bad magic number is that of the end.
+                Err(McapError::UnexpectedEof | McapError::UnexpectedEoc | McapError::BadMagic) => {
                     self.is_truncated = true;
                     return Ok(());
                 }
-                Err(McapError::BadMagic) => return Err(RecordingError::NotMcap),
                 Err(error) => {
                     let (messages, reason) = (self.messages, error.to_string());
                     return Err(RecordingError::DamagedLog { messages, reason });

@@ -46,12 +46,26 @@ struct Place {
     stood_s: Option<f64>,
 }
 
+impl Place {
+    /// Whether a return that no earlier scan explains may be what came here, now nearer to the lidar. What approaches ends the
+    /// beams that would show that its next ground is free. One that has stood may be next to a post.
+    fn approaches(&self, one: &Return) -> bool {
+        one.is_candidate
+            && self.stood_s.is_none()
+            && one.range_m < self.range_m
+            && (one.point - self.center).norm() < TOGETHER_M
+    }
+}
+
 impl EnteredPlaces {
     /// Updates the places with the unexplained returns of a scan at a time, seconds, in the order of their beams.
     pub fn update(&mut self, time_s: f64, returns: &[Return]) {
         self.0.retain(|place| (0.0..=KEPT_S).contains(&(time_s - place.seen_s)));
+        let is_of_person = |one: &&Return| {
+            one.earlier != Earlier::Unknown || self.0.iter().any(|place| place.approaches(one))
+        };
         let mut groups: Vec<Group> = Vec::new();
-        for one in returns.iter().filter(|one| one.earlier != Earlier::Unknown) {
+        for one in returns.iter().filter(is_of_person) {
             let near = |group: &&mut Group| (one.point - group.center).norm() < TOGETHER_M;
             match groups.iter_mut().find(near) {
                 Some(group) => {
@@ -113,8 +127,33 @@ mod tests {
     use super::*;
 
     fn returns(points: &[(f64, f64)], earlier: Earlier) -> Vec<Return> {
-        let at = |&(x, y): &(f64, f64)| Return { earlier, ..Return::candidate(Point::new(x, y)) };
+        let at = |&(x, y): &(f64, f64)| {
+            let point = Point::new(x, y);
+            let range_m = point.to_vector().norm();
+            Return { earlier, range_m, ..Return::candidate(point) }
+        };
         points.iter().map(at).collect()
+    }
+
+    /// The beams of the scans before end at a person who walks towards the lidar, in front of a post.
+    #[test]
+    fn person_who_approaches_is_followed_without_free_ground_until_it_has_stayed() {
+        let mut entered = EnteredPlaces::default();
+        entered.update(0.0, &returns(&[(3.0, 0.0), (3.0, 0.1)], Earlier::Hidden));
+        let post = (3.2, 0.2);
+        let mut at = |tick: u32, x: f64| {
+            let time_s = f64::from(tick) * 0.1;
+            entered.update(time_s, &returns(&[(x, 0.0), (x, 0.1), post], Earlier::Unknown));
+            entered.places(time_s).map(|(center, _)| center).collect::<Vec<_>>()
+        };
+        for tick in 1..=10 {
+            let x = 3.0 - 0.15 * f64::from(tick);
+            let places = at(tick, x);
+            assert_eq!(places.len(), 1, "{places:?}");
+            assert!((places[0] - Point::new(x, 0.05)).norm() < 1e-9, "{places:?}");
+        }
+        // It stands: nothing shows that it is no post.
+        assert_eq!((11..=17).map(|tick| at(tick, 1.5).len()).sum::<usize>(), 5);
     }
 
     /// A person comes around a corner, and a post that the corner hid comes into sight.
