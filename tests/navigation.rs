@@ -10,6 +10,7 @@ mod cases {
         mod corridor;
         mod deadlines;
         mod footprint;
+        mod goal_changes;
         mod goals_near_walls;
         mod half_circle_lidar;
         mod identification;

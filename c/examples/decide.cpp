@@ -148,6 +148,12 @@ int main() {
     has_obeyed = has_obeyed && is_kept();
     std::printf("the paths %s the closed zone\n", is_kept() ? "avoid" : "enter");
 
+    // Another goal for the same navigator.
+    InbyeGoal back{{1.5, 2.0}, false, 0.0};
+    require(inbye_navigator_set_goals(navigator.get(), {x, y}, &back, 1));
+    require(inbye_navigator_progress(navigator.get(), &progress));
+    std::printf("%.1f m back\n", progress.distance_left_m);
+
     // An error says what is wrong.
     Config wrong(inbye_config_new("[local]\nvx_sample = 16\n"));
     std::printf("error: %s\n", inbye_last_error());

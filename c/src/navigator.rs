@@ -104,19 +104,7 @@ pub unsafe extern "C" fn inbye_navigator_new(
         // SAFETY: the caller vouches for both.
         let (map, config) = unsafe { (object(map, "map")?, object(config, "config")?) };
         // SAFETY: likewise.
-        let goals = unsafe { array(goals, goal_count, "goals") }?;
-        if goals.is_empty() {
-            return Err("there must be at least one goal".to_owned());
-        }
-        let goal = |goal: &InbyeGoal| {
-            let position = goal.position.checked("a goal")?;
-            if goal.has_yaw && !goal.yaw.is_finite() {
-                return Err("the yaw of a goal is not finite".to_owned());
-            }
-            Ok(Goal { position, yaw: goal.has_yaw.then_some(goal.yaw) })
-        };
-        let goals = goals.iter().map(goal).collect::<Result<_, String>>()?;
-        let waypoints = Waypoints { start: start.checked("start")?, goals };
+        let waypoints = waypoints(start, unsafe { array(goals, goal_count, "goals") }?)?;
         let engine = Box::new(CpuEngine::single_threaded());
         let known = map.navigation_map(config.0.unknown);
         let navigator = config.0.new_navigator(known, &waypoints, engine, &mut || 0.0);
@@ -127,6 +115,22 @@ pub unsafe extern "C" fn inbye_navigator_new(
             fault: CString::default(),
         })
     }))
+}
+
+/// The start and the goals of a mission, checked.
+fn waypoints(start: InbyePoint, goals: &[InbyeGoal]) -> Result<Waypoints, String> {
+    if goals.is_empty() {
+        return Err("there must be at least one goal".to_owned());
+    }
+    let goal = |goal: &InbyeGoal| {
+        let position = goal.position.checked("a goal")?;
+        if goal.has_yaw && !goal.yaw.is_finite() {
+            return Err("the yaw of a goal is not finite".to_owned());
+        }
+        Ok(Goal { position, yaw: goal.has_yaw.then_some(goal.yaw) })
+    };
+    let goals = goals.iter().map(goal).collect::<Result<_, String>>()?;
+    Ok(Waypoints { start: start.checked("start")?, goals })
 }
 
 /// Frees a navigator.
@@ -226,6 +230,30 @@ pub unsafe extern "C" fn inbye_navigator_set_speed_limit(
         }
         this.navigator.set_speed_limit(limit_m_s.is_finite().then_some(limit_m_s));
         Ok(())
+    }));
+    is_set.is_some()
+}
+
+/// Replaces the goals while the robot drives, or after it arrived or failed: plans a path to each of them on the present map, and the
+/// next step drives to the first. `start` is where the robot is. What the scans showed is kept. The call takes as long as the plans: on
+/// a large map stop the robot before, with a speed limit of zero. On failure the goals so far remain.
+///
+/// # Safety
+/// `navigator` is alive; `goals` has `goal_count` goals.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn inbye_navigator_set_goals(
+    navigator: *mut InbyeNavigator,
+    start: InbyePoint,
+    goals: *const InbyeGoal,
+    goal_count: usize,
+) -> bool {
+    let is_set = guarded(AssertUnwindSafe(|| {
+        // SAFETY: the caller vouches for both.
+        let (this, goals) =
+            unsafe { (object_mut(navigator, "navigator")?, array(goals, goal_count, "goals")?) };
+        let InbyeNavigator { navigator, config, .. } = this;
+        let replaced = config.replace_goals(navigator, &waypoints(start, goals)?, &mut || 0.0);
+        replaced.map_err(|error| error.to_string())
     }));
     is_set.is_some()
 }

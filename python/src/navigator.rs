@@ -5,7 +5,7 @@ use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 
 use super::controller::{ControllerObjects, PythonController, Raised};
-use super::conversion::{goal, points, pose, raise, scan, twist, twist_tuple};
+use super::conversion::{goal, point, points, pose, raise, scan, twist, twist_tuple};
 use super::decision::open;
 use super::interrupt::Interrupt;
 use super::map::Map;
@@ -59,11 +59,7 @@ impl Navigator {
         if controller.is_some() {
             PythonController::check_settings(&config)?;
         }
-        let goals = goals.iter().map(|values| goal(values)).collect::<PyResult<Vec<_>>>()?;
-        if goals.is_empty() {
-            return Err(raise("goals must have at least one"));
-        }
-        let waypoints = Waypoints { start: super::conversion::point(start)?, goals };
+        let waypoints = waypoints(start, &goals)?;
         let controller = controller.map(PythonController::of).transpose()?;
         let raised = controller.as_ref().map(PythonController::raised).unwrap_or_default();
         let objects = controller.as_ref().map(PythonController::objects);
@@ -151,6 +147,18 @@ impl Navigator {
         self.state.with(py, |state| state.navigator.set_speed_limit(limit))
     }
 
+    /// Replaces the goals while the robot drives, or after the last one.
+    fn set_goals(&self, py: Python<'_>, start: [f64; 2], goals: Vec<Vec<f64>>) -> PyResult<()> {
+        let waypoints = waypoints(start, &goals)?;
+        let replaced = self.state.with(py, |state| {
+            let State { navigator, config, .. } = state;
+            let replace = || config.replace_goals(navigator, &waypoints, &mut || 0.0);
+            Interrupt::new().watch(&self.raised, replace)
+        })?;
+        self.raised.check()?;
+        replaced.map_err(raise)
+    }
+
     /// Replaces the map while the robot drives.
     fn set_map(&self, py: Python<'_>, map: &Bound<'_, Map>) -> PyResult<()> {
         let map = map.get();
@@ -184,4 +192,13 @@ impl Navigator {
         })?;
         points(py, &path)
     }
+}
+
+/// The start and the goals of a mission, checked.
+fn waypoints(start: [f64; 2], goals: &[Vec<f64>]) -> PyResult<Waypoints> {
+    let goals = goals.iter().map(|values| goal(values)).collect::<PyResult<Vec<_>>>()?;
+    if goals.is_empty() {
+        return Err(raise("goals must have at least one"));
+    }
+    Ok(Waypoints { start: point(start)?, goals })
 }

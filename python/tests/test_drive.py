@@ -359,6 +359,26 @@ def test_speed_and_map_change_while_the_navigator_drives() -> None:
             navigator.set_speed_limit(limit)
 
 
+def test_goals_change_while_the_navigator_drives_and_after_it_arrived() -> None:
+    start = (3.0, 4.0)
+    navigator = inbye.Navigator(walls(), start, [(9.0, 4.0)])
+
+    def change(tick: int) -> None:
+        if tick == 10:
+            for goals, why in (([(99.0, 4.0)], "is off the map"), ([], "at least one")):
+                with pytest.raises(inbye.InbyeError, match=why):
+                    navigator.set_goals(start, goals)
+            navigator.set_goals(start, [(7.0, 4.0), (4.0, 4.0, 0.0)])
+
+    ticks = drive_to_goal(navigator, start, change)
+    assert ticks[:, 0].max() == pytest.approx(7.0, abs=0.2)
+    assert ticks[-1, 0] == pytest.approx(4.0, abs=0.1)
+    assert navigator.goals_passed == 1
+    navigator.set_goals((4.0, 4.0), [(9.0, 4.0)])
+    assert navigator.goals_passed == 0
+    assert navigator.distance_left_m == pytest.approx(5.0, abs=0.1)
+
+
 def test_map_without_a_path_ends_the_mission_within_a_second() -> None:
     navigator = inbye.Navigator(walls(), (3.0, 4.0), [(9.0, 4.0)])
     x, speed, fault = 3.0, 0.0, None

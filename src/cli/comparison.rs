@@ -104,9 +104,8 @@ fn play(
     let names = planner_names(rows);
     let mut plays = BTreeMap::new();
     for (row, name) in rows.iter().zip(&names) {
-        let is_played = played.contains(&task(row))
-            && row.ticks > 0
-            && !plays.contains_key(&row.key);
+        let is_played =
+            played.contains(&task(row)) && row.ticks > 0 && !plays.contains_key(&row.key);
         if !is_played || machine::is_interrupted() {
             continue;
         }

@@ -98,7 +98,10 @@ pub fn run(arguments: &SoakArguments) -> anyhow::Result<bool> {
     let setups = setups(arguments, config);
     let grid = Grid::of_missions("soak", &worlds, &setups, arguments.missions, missions.seed)?;
     if let Some((seed, folder)) = arguments.replay.zip(arguments.report.as_deref()) {
-        ensure!(arguments.plant.len() == 1, "--replay {seed}: two missions have that seed: give --plant agreeing or disagreeing");
+        ensure!(
+            arguments.plant.len() == 1,
+            "--replay {seed}: two missions have that seed: give --plant agreeing or disagreeing"
+        );
         let Some(cell) = grid.cells.iter().find(|cell| cell.row.seed == seed) else {
             bail!("--replay {seed}: no mission of these has that seed");
         };

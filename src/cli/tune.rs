@@ -10,7 +10,8 @@ use std::{fs, io};
 use anyhow::{Context, bail, ensure};
 use clap::Args;
 use inbye::experiment::{
-    Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, WorldSettings, fault_text, rankings,
+    Changes, Grid, Plan, Point, RankedPlanner, RunRow, TuningPlan, WorldSettings, fault_text,
+    rankings,
 };
 use inbye::external::{ProgramSettings, run_in_group};
 use inbye::input_file::read_text;

@@ -2,6 +2,7 @@
 
 mod braking;
 mod failure;
+mod goal_update;
 mod reading;
 
 use std::mem::take;
@@ -13,19 +14,15 @@ use super::controller_host::ControllerHost;
 use super::deadline::Deadline;
 use super::dust::DustFilter;
 use super::first_problem::check_first_problem;
-use super::global_planner::checked_plan;
-use super::goal_yaw::{check_yaws, goals_with_room};
 use super::inflated_bodies::InflatedBodies;
 use super::mode_ticks::ModeTicks;
 use super::narrow_passages::OVERLOOKED_M;
 use super::observation::ObservationValidator;
-use super::obstacle_model::window_half_m;
 use super::occlusion::standing_room;
 use super::predicted_state::{Measured, PredictedState};
 use super::progress::Progress;
 use super::recent_people::{RecentPeople, may_be_there};
 use super::replanning::Replanner;
-use super::staging::StagingSearch;
 use super::state::{RobotModel, State};
 use super::visible_space::VisibleSpace;
 use super::waypoints::WaypointQueue;
@@ -35,13 +32,18 @@ use super::{
 };
 use crate::geometry::Point;
 use crate::global::Plan;
-use crate::local::{LocalPlanner, step_that_overlooks};
+use crate::local::{LocalPlanner, LocalSettings, step_that_overlooks};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
 use crate::robot::{Footprint, TickClock, TickTime};
 use braking::FaultyTime;
+use goal_update::planned_goals;
 
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.
 const UNSEEN_GAP_M: f64 = 0.4;
+
+/// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
+/// field grows with the square of its side.
+const WINDOW_CLEARANCE_M: f64 = 1.5;
 
 /// Follows global paths to its goals among obstacles that are not in the map.
 pub struct Navigator {
@@ -54,7 +56,7 @@ pub struct Navigator {
     is_narrow: bool,
     /// Distance along the path to that passage, metres; `None` if the path has none here.
     to_narrow_m: Option<f64>,
-    /// The key node to which the robot turned in place at the last tick, away from people.
+    /// The key node to which the robot turned in place at the last tick.
     turning_to: Option<Point>,
     base: BaseResponse,
     tick_clock: TickClock,
@@ -109,7 +111,6 @@ impl Navigator {
         planner.permit_speeds_of(&robot.limits);
         settings.validate().map_err(|error| error.in_table("navigator"))?;
         let map = map.into();
-        let closed = map.closed();
         let period_s = planner.settings().control_period_s;
         let is_tracking = settings.features.tracking;
         let new_model =
@@ -120,22 +121,12 @@ impl Navigator {
         let standing_room = standing_room(&map.obstacles, &settings);
         let zones = map.zones.clone();
         let mut obstacles = new_model(map);
-        let search = StagingSearch {
-            obstacles: &obstacles,
-            closed: &closed,
-            robot: &robot,
-            settings: &settings,
-            least_radius_m: global_planner.least_radius_m(),
-        };
-        let goals = goals_with_room(&waypoints.goals, &obstacles, &robot, &settings);
-        let waypoints = Waypoints { goals, ..*waypoints };
-        let (queue, plan) = WaypointQueue::planned(&waypoints, &search, |from, to| {
-            checked_plan(&mut *global_planner, &closed, &[], [from, to], clock)
-        })?;
-        check_yaws(&waypoints.goals, &obstacles, &robot, &settings)?;
+        let (queue, plan) =
+            planned_goals(waypoints, &obstacles, (&robot, &settings), &mut *global_planner, clock)?;
         let window_half_m = window_half_m(&settings, planner.settings(), &robot);
         let ground = (&obstacles, window_half_m);
         check_first_problem(waypoints.start, ground, &robot, (&settings, planner.settings()))?;
+        let replanner = Replanner::new(obstacles.closed().clone(), global_planner)?;
         obstacles.set_hides_people(settings.features.occlusion_speed);
         Ok(Self {
             tick_clock: TickClock::new(period_s),
@@ -155,7 +146,7 @@ impl Navigator {
             plans: vec![plan],
             progress: Progress::default(),
             stuck_ticks: ModeTicks::default(),
-            replanner: Replanner::new(closed, global_planner)?,
+            replanner,
             behaviours: Behaviours::new(planner),
             controller: None,
             mode: Mode::Driving,
@@ -433,4 +424,13 @@ impl Navigator {
             self.step_s
         });
     }
+}
+
+/// Half the side of the local window, metres: the reach of the longest trajectory and some clearance beyond.
+fn window_half_m(settings: &NavigatorSettings, local: &LocalSettings, robot: &RobotModel) -> f64 {
+    let limits = &robot.limits;
+    let fastest = limits.max_vel_x.max(-limits.min_vel_x).max(settings.escape_speed);
+    fastest * local.sim_time_s
+        + local.max_clearance_m.max(settings.safety_margin_m).min(WINDOW_CLEARANCE_M)
+        + robot.footprint.circumscribed_radius_m()
 }

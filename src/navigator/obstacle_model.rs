@@ -5,9 +5,9 @@ use std::sync::Arc;
 use super::passive_safety::obstacle_that_may_come;
 use super::scan_visibility::{is_in_view, measures_beyond};
 use super::tracker::{FARTHEST_M, Tracker};
-use super::{NavigationMap, NavigatorSettings, RobotModel};
+use super::{NavigationMap, NavigatorSettings};
 use crate::geometry::{Point, Pose, bearing};
-use crate::local::{ClearanceField, LocalSettings, ProblemError};
+use crate::local::{ClearanceField, ProblemError};
 use crate::map::{Cell, FreeSpace, GridFrame, MovingDisc, ObstacleGrid, RayCaster, Scan};
 
 /// A return within this distance of a moving obstacle belongs to it, metres.
@@ -38,9 +38,6 @@ pub(super) const FIELD_CELL_M: f64 = 0.05;
 pub(super) const NARROW_FIELD_CELL_M: f64 = 0.025;
 /// Largest number of cells along a side of a window with divided cells.
 const MAX_DIVIDED_CELLS: i32 = 640;
-/// Clearance that the local window shows beyond the ends of the longest trajectories, metres. The cost of a window's distance
-/// field grows with the square of its side.
-const WINDOW_CLEARANCE_M: f64 = 1.5;
 /// A window farther away than this lies outside every map, cells.
 const FARTHEST_CELL: f64 = 1e9;
 
@@ -149,6 +146,24 @@ impl ObstacleModel {
         }
     }
 
+    /// Side of a cell of the map, metres.
+    pub(crate) fn resolution_m(&self) -> f64 {
+        self.map.known.frame().resolution_m
+    }
+
+    /// Where no path leads on the map: its obstacles and closed zones.
+    pub(super) fn closed(&self) -> &ObstacleGrid {
+        self.map.closed.as_ref().unwrap_or(&self.map.known)
+    }
+
+    /// Reads the model as it is without marks.
+    pub(super) fn without_marks<T>(&mut self, read: impl FnOnce(&Self) -> T) -> T {
+        let marks = core::mem::take(&mut self.map.marks);
+        let answer = read(self);
+        self.map.marks = marks;
+        answer
+    }
+
     /// Casts rays among the obstacles of the map.
     pub(super) const fn rays(&self) -> &RayCaster {
         &self.map.rays
@@ -206,7 +221,7 @@ impl ObstacleModel {
 
     /// The obstacles of a square window, as [`Self::window`].
     fn obstacles_around(&self, center: &Point, half_m: f64) -> Result<ObstacleGrid, ProblemError> {
-        let known = self.map.closed.as_ref().unwrap_or(&self.map.known);
+        let known = self.closed();
         let frame = *known.frame();
         let units = frame.to_cell_units(center);
         let half_cells = (half_m / frame.resolution_m).ceil();
@@ -243,19 +258,6 @@ impl ObstacleModel {
         }
         Ok(obstacles)
     }
-}
-
-/// Half the side of the local window, metres: the reach of the longest trajectory and some clearance beyond.
-pub(super) fn window_half_m(
-    settings: &NavigatorSettings,
-    local: &LocalSettings,
-    robot: &RobotModel,
-) -> f64 {
-    let limits = &robot.limits;
-    let fastest = limits.max_vel_x.max(-limits.min_vel_x).max(settings.escape_speed);
-    fastest * local.sim_time_s
-        + local.max_clearance_m.max(settings.safety_margin_m).min(WINDOW_CLEARANCE_M)
-        + robot.footprint.circumscribed_radius_m()
 }
 
 /// The obstacles of a local window, and the field of them with cells of at most this side.

@@ -120,6 +120,11 @@ impl Replanner {
         self.forget_failures();
     }
 
+    /// All plans are new, on the present map.
+    pub const fn start_mission(&mut self) {
+        self.is_map_replaced = false;
+    }
+
     /// Ends the mission.
     ///
     /// # Errors

@@ -107,7 +107,9 @@ impl<R: Read + Seek> Reader<R> {
                     });
                 }
                 Ok(Some(_)) => {}
-                Ok(None) | Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => return Ok(None),
+                Ok(None) | Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
+                    return Ok(None);
+                }
                 Err(error) => return Err(damaged(self.ticks, error)),
             }
         }

@@ -379,6 +379,21 @@ impl Config {
         PreparedMap::new(map, global_planner, &self.navigator)
     }
 
+    /// Replaces the goals of a navigator with these settings, as [`Navigator::replace_goals`].
+    ///
+    /// # Errors
+    /// As [`Navigator::replace_goals`], and when the program of the settings that plans does not start or end.
+    pub fn replace_goals(
+        &self,
+        navigator: &mut Navigator,
+        waypoints: &Waypoints,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<(), Fault> {
+        let mut planner = self.new_global_planner(navigator.obstacle_model().resolution_m())?;
+        navigator.replace_goals(waypoints, &mut *planner, clock)?;
+        planner.finish().map_err(Fault::Plan)
+    }
+
     /// Creates the global planner of the settings, on maps of a resolution in metres.
     ///
     /// # Errors

@@ -18,9 +18,6 @@ impl Navigator {
     pub(super) fn leave_waypoint(&mut self, now_s: f64) {
         if let Some(plan) = self.waypoints.next(now_s) {
             self.follow(plan);
-            if let Some(host) = &mut self.controller {
-                host.start_leg(&self.route.path);
-            }
             self.mode = Mode::Driving;
         }
     }
@@ -53,6 +50,9 @@ impl Navigator {
     pub(super) fn follow(&mut self, plan: Plan) {
         self.replanner.start_leg();
         self.route = Route::new(&plan, &self.settings);
+        if let Some(host) = &mut self.controller {
+            host.start_leg(&self.route.path);
+        }
         self.turning_to = None;
         self.plans.push(plan);
         self.restart_progress();
