@@ -60,10 +60,13 @@ fn place_with_room(
             clearance.keeps_gap(&disc, &Pose::new(between.x, between.y, 0.0), 0.0)
         })
     };
-    SHARES
-        .into_iter()
-        .flat_map(|share| place.circle(share * xy_goal_tolerance, PLACES))
-        .find(|at| has_room(at) && is_in_sight(at))
+    // In front of a wall the robot stands straight behind its goal, not beside it.
+    let gap_m = |at: &Point| clearance.gap_m(footprint, &Pose::new(at.x, at.y, yaw));
+    SHARES.into_iter().find_map(|share| {
+        let places = place.circle(share * xy_goal_tolerance, PLACES);
+        let usable = places.filter(|at| has_room(at) && is_in_sight(at));
+        usable.max_by(|one, other| gap_m(one).total_cmp(&gap_m(other)))
+    })
 }
 
 /// Rejects a goal at which the body touches an obstacle of the map with the goal's yaw, anywhere within the goal's tolerances: the

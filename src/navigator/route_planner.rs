@@ -351,7 +351,9 @@ impl RoutePlanner {
         let tight = FreeSpace::new(&task.terrain.obstacles, self.squeezing_radius_m);
         let mut space = task.terrain.least.clone();
         space.free_cells_near(&tight, &task.start, SQUEEZE_WITHIN_RADII * self.least_radius_m);
-        self.search(task, [&space, &space]).map_err(|_| error)
+        // The robot leaves such a place as it drives through a narrow passage.
+        let radius_m = self.squeezing_radius_m;
+        self.search(task, [&space, &space]).map(|plan| Plan { radius_m, ..plan }).map_err(|_| error)
     }
 
     /// Searches in one free space, and smooths the path in another.

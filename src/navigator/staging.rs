@@ -1,7 +1,8 @@
 //! The staging pose of a goal: where a robot turns before it drives to a place where it cannot turn to the yaw of its goal.
 //!
 //! In a passage that the robot fits only lengthwise, the yaw with which it arrives follows from how it drives in: nose first or tail
-//! first. It chooses that at the nearest place with room to turn, in front of the goal or beyond it.
+//! first. It chooses that at the nearest place with room to turn, in front of the goal or beyond it. In front of a wall it turns to the
+//! goal's yaw at some distance, and drives straight to the goal.
 
 use core::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -20,6 +21,8 @@ const STEP_M: f64 = 0.1;
 const MAX_PLACES: usize = 4;
 /// Length of a path over which its direction is measured, metres.
 const HEADING_M: f64 = 0.25;
+/// Longest straight way to a goal, metres.
+const MAX_STRAIGHT_M: f64 = 2.0;
 
 /// The end of a robot that drives ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,6 +56,14 @@ struct DirectWay {
     fits_nose_first: bool,
     fits_tail_first: bool,
 }
+
+/// There is no direct way.
+const NO_WAY: DirectWay = DirectWay {
+    heading: 0.0,
+    has_room_to_turn: false,
+    fits_nose_first: false,
+    fits_tail_first: false,
+};
 
 impl Staging {
     /// Whether a robot that starts with a yaw, radians, would arrive on the direct way so that it cannot turn to the yaw of the goal.
@@ -110,6 +121,11 @@ impl StagingSearch<'_> {
             return None;
         }
         let direct_way = DirectWay { heading, has_room_to_turn, fits_nose_first, fits_tail_first };
+        let start = *direct.smoothed.points().first()?;
+        let straight = self.straight_to(goal, start, &mut plan);
+        if let Some(straight) = straight {
+            return Some(Staging { direct: direct_way, ..straight });
+        }
         let passages = NarrowPassages::new(
             &robot.footprint,
             self.settings,
@@ -122,7 +138,6 @@ impl StagingSearch<'_> {
         let tail_first =
             BodySpace { discs: &turned, radius_m, whole: &whole, narrow: &narrow, wide: &wide };
         let from = frame.cell_of(&goal.position).filter(|&cell| narrow.is_free(cell))?;
-        let start = *direct.smoothed.points().first()?;
         let mut tried: Vec<Point> = Vec::new();
         let mut is_seen = vec![false; frame.len()];
         let near = narrow.flood(from, &mut is_seen).map(|(cell, _)| cell);
@@ -144,6 +159,52 @@ impl StagingSearch<'_> {
             }
         }
         None
+    }
+
+    /// The staging pose with the yaw of a goal from which the robot drives straight to the goal, nose first or tail first: the nearest one
+    /// with room to turn. `None` where an obstacle is before it.
+    pub fn straight_to(
+        &self,
+        goal: &Goal,
+        start: Point,
+        mut plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
+    ) -> Option<Staging> {
+        let Self { closed, robot, settings, least_radius_m, .. } = *self;
+        let yaw = goal.yaw?;
+        let footprint = &robot.footprint;
+        let reach_m = footprint.body_radius_m() + settings.safety_margin_m + MAX_STRAIGHT_M;
+        let field = self.obstacles.window(&goal.position, reach_m).ok()?;
+        let clearance = ExactClearance::new(&field, &goal.position, reach_m);
+        let pose_at = |ahead_m: f64| {
+            let (sin, cos) = libm::sincos(yaw);
+            Pose::new(goal.position.x + ahead_m * cos, goal.position.y + ahead_m * sin, yaw)
+        };
+        let kept_m = settings.safety_margin_m.min(clearance.gap_m(footprint, &pose_at(0.0)));
+        let wide = FreeSpace::new(closed, least_radius_m);
+        let has_room = |place: &Point| {
+            let cell = closed.frame().cell_of(place);
+            kept_m > 0.0 && cell.is_some_and(|cell| wide.is_free(cell))
+        };
+        let staged = |leading_end: LeadingEnd| {
+            let side = if leading_end == LeadingEnd::Nose { -1.0 } else { 1.0 };
+            let steps = (MAX_STRAIGHT_M / STEP_M) as u32;
+            (1..=steps)
+                .map(|step| pose_at(side * f64::from(step) * STEP_M))
+                .take_while(|pose| clearance.keeps_gap(footprint, pose, kept_m))
+                .map(|pose| pose.position())
+                .find(has_room)
+                .map(|place| (leading_end, place))
+        };
+        let can_reverse = robot.limits.min_vel_x < 0.0;
+        let ends = [LeadingEnd::Nose, LeadingEnd::Tail].into_iter();
+        let ends = ends.filter(|end| *end == LeadingEnd::Nose || can_reverse);
+        ends.filter_map(staged).find_map(|(leading_end, place)| {
+            let to_pose = plan(start, place).ok()?;
+            let way = Path::new(vec![place, goal.position]);
+            let to_goal = Plan::of_path(way, to_pose.radius_m);
+            let pose = Goal { position: place, yaw: Some(yaw) };
+            Some(Staging { pose, to_pose, to_goal, leading_end, direct: NO_WAY })
+        })
     }
 
     /// How the robot leaves a place for its goal along a path, and with which yaw, radians; `None` where it then cannot turn at the goal.

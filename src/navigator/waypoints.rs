@@ -91,9 +91,18 @@ impl WaypointQueue {
         let mut from = waypoints.start;
         for goal in &waypoints.goals {
             goal.check_yaw()?;
-            let direct = plan(from, goal.position)?;
-            let staging = search.find(goal, &direct, &mut plan);
-            ahead.push(Leg { goal: *goal, plan: direct, staging });
+            let direct = plan(from, goal.position);
+            let staging = match &direct {
+                Ok(direct) => search.find(goal, direct, &mut plan),
+                Err(PlanError::GoalOccupied { .. }) => search.straight_to(goal, from, &mut plan),
+                Err(_) => None,
+            };
+            let by_staging = |error| match &staging {
+                Some(staging) => Ok(staging.to_pose.clone()),
+                None => Err(error),
+            };
+            let plan = direct.or_else(by_staging)?;
+            ahead.push(Leg { goal: *goal, plan, staging });
             from = goal.position;
         }
         ahead.reverse();

@@ -13,6 +13,7 @@ use super::super::{Decision, Fault, Goal, Mode, NavigatorSettings};
 use super::parking::{AIM_FROM, Motion, Parking};
 use super::{Behaviour, Override, Proposal};
 use crate::geometry::{Point, Pose, Twist, bearing, wrap_angle};
+use crate::robot::Limits;
 
 /// A robot that parks leaves its goal at this many times the goal's tolerance, and drives there again.
 const LEAVES_GOAL: f64 = 2.0;
@@ -89,7 +90,7 @@ impl Behaviour for GoalHandling {
                 });
             }
         }
-        let limits = state.limits_in_sight();
+        let limits = limits_in_sight(state);
         let inputs = (settings, &limits, state.tick.period_s());
         let Some(wanted) = self.parking.next(motion, goal, inputs) else {
             return stand(Mode::Arrived, Override::Never);
@@ -150,7 +151,7 @@ impl GoalHandling {
         };
         let nose_first = bearing(&pose.position(), &goal.position);
         let reverses = wrap_angle(nose_first - pose.yaw).abs() > FRAC_PI_2
-            && state.limits_in_sight().min_vel_x < 0.0;
+            && limits_in_sight(state).min_vel_x < 0.0;
         let arrival = if reverses { nose_first + PI } else { nose_first };
         !has_room(&goal.position, arrival) && has_room(&pose.position(), pose.yaw)
     }
@@ -164,6 +165,15 @@ impl GoalHandling {
         let may_begin = !self.was_blocked && can_begin(pose, goal, state.settings);
         away_m <= near_m || may_begin && state.is_straight_clear_to(&goal.position)
     }
+}
+
+/// As [`State::limits_in_sight`], but where an obstacle behind the robot hides what is beyond it, the robot may creep towards it.
+fn limits_in_sight(state: &State<'_>) -> Limits {
+    let limits = state.limits_in_sight();
+    let slowest = state.robot.limits.min_vel_x.max(-state.settings.min_approach_linear_velocity);
+    let is_hidden = limits.min_vel_x == 0.0 && slowest < 0.0;
+    let may_creep = is_hidden && state.is_path_visible(&Twist::new(slowest, 0.0));
+    if may_creep { Limits { min_vel_x: slowest, ..limits } } else { limits }
 }
 
 /// A command towards a velocity: zero, or at least the least speed that moves the base. The base itself keeps its limits of

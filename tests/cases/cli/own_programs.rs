@@ -165,11 +165,11 @@ fn program_that_cannot_be_used_is_unusable_input() {
 #[test]
 fn late_answers_do_not_delay_the_drive() {
     let place = Workplace::with_room();
-    script(&place, "slow.sh", r#"sleep 0.3; echo '{"linear": 0.5, "angular": 0}'"#);
+    script(&place, "slow.sh", r#"sleep 1; echo '{"linear": 0.5, "angular": 0}'"#);
     let began = Instant::now();
     let (_, object) = driven(&place, "--controller 'sh slow.sh' --deadline 20 --time-limit 3");
-    // 31 ticks that wait for each answer take nine seconds.
-    assert!(began.elapsed() < Duration::from_secs(8), "{:?}", began.elapsed());
+    // 31 ticks that wait for each answer take half a minute.
+    assert!(began.elapsed() < Duration::from_secs(20), "{:?}", began.elapsed());
     let misses = object["deadline"]["misses"].as_u64().expect("a count");
     assert!(misses > 20 && object["travelled_m"].as_f64() < Some(0.3), "{object}");
     let more = "--deadline 20 --set navigator.movement_time_allowance=2";

@@ -1,5 +1,7 @@
 //! Goals so near to a wall that the robot cannot turn there.
 
+use std::f64::consts::PI;
+
 use inbye::geometry::{Point, Pose};
 use inbye::map::{Cell, GridFrame, ObstacleGrid};
 use inbye::navigator::Goal;
@@ -41,6 +43,35 @@ fn robot_turns_to_the_yaw_of_its_goal_before_the_wall_leaves_no_room() {
         assert!(off_m <= config.navigator.xy_goal_tolerance, "{yaw}: {off_m} m");
         assert!(off_rad.abs() <= config.navigator.yaw_goal_tolerance, "{yaw}: {off_rad}");
     }
+}
+
+/// The distance of a robot from its goal at the end of its drive, metres, along x and along y.
+fn final_error_m(start: Pose, goal: Goal) -> (f64, f64) {
+    let result = drive_to(&Config::default(), &hall(), start, &[goal]);
+    assert!(result.reached && result.time_s < 35.0, "{goal:?}: {} s", result.time_s);
+    let off_rad = result.final_yaw_error.expect("the goal has a yaw");
+    assert!(off_rad.abs() < 0.05, "{goal:?}: {off_rad}");
+    (result.final_error_m.0.abs(), result.final_error_m.1.abs())
+}
+
+/// The robot comes at an angle. It fits 0.45 m from the wall with these yaws, and with none between them.
+#[test]
+fn robot_turns_in_front_of_a_goal_at_a_wall_and_drives_straight_to_it() {
+    for yaw in [0.0, PI] {
+        for start in [Pose::new(2.0, 1.0, 0.0), Pose::new(5.0, 7.0, -1.0)] {
+            let goal = Goal { position: Point::new(7.35, 4.0), yaw: Some(yaw) };
+            let (x_m, y_m) = final_error_m(start, goal);
+            assert!(x_m < 0.03 && y_m < 0.03, "{yaw} {start:?}: {x_m}, {y_m} m");
+        }
+    }
+}
+
+/// Nose to the wall, 0.05 m are left in front of the robot at its goal.
+#[test]
+fn goal_without_a_margin_to_the_wall_moves_straight_away_from_it() {
+    let goal = Goal { position: Point::new(7.4, 4.0), yaw: Some(0.0) };
+    let (x_m, y_m) = final_error_m(Pose::new(2.0, 2.0, 0.5), goal);
+    assert!((0.02..0.1).contains(&x_m) && y_m < 0.03, "{x_m}, {y_m} m");
 }
 
 /// The discs that cover a triangle reach far beyond its tip. Where the circle around it has room, the path is clear: here in front of the

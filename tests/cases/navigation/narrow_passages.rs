@@ -286,11 +286,21 @@ pub(super) fn drive_to(
     start: Pose,
     goals: &[Goal],
 ) -> MissionResult {
-    let map = Arc::new(obstacles.map(|&blocked| if blocked { 100 } else { 0 }));
+    drive_among(config, (obstacles, None), start, goals)
+}
+
+/// As [`drive_to`], with a map and with the true obstacles, if they differ.
+pub(super) fn drive_among(
+    config: &Config,
+    (known, truth): (&ObstacleGrid, Option<ObstacleGrid>),
+    start: Pose,
+    goals: &[Goal],
+) -> MissionResult {
+    let map = Arc::new(known.map(|&blocked| if blocked { 100 } else { 0 }));
     let (goal, stops) = goals.split_last().expect("a goal");
     let mission = Mission::new(map, start, *goal);
-    let simulation =
-        Simulation::new(Mission { time_limit_s: 150.0, via: stops.to_vec(), ..mission });
+    let mission = Mission { time_limit_s: 150.0, via: stops.to_vec(), ..mission };
+    let simulation = Simulation { truth, ..Simulation::new(mission) };
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let engine = Box::new(CpuEngine::single_threaded());
     simulation.run(config, engine, &mut observer).expect("a drive")

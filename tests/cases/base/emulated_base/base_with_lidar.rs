@@ -211,7 +211,7 @@ fn signal_before_the_lidar_answers_ends_the_drive() {
     thread::sleep(Duration::from_millis(1500));
     host.signal("INT");
     let ended = host.wait();
-    assert!(began.elapsed() < Duration::from_secs(4), "{ended:?}");
+    assert!(began.elapsed() < Duration::from_secs(10), "{ended:?}");
     assert_eq!(ended.status.code(), Some(1), "{ended:?}");
     assert!(ended.stderr.contains("stopped by a signal before the device answered"), "{ended:?}");
 }
