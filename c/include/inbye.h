@@ -483,6 +483,18 @@ bool inbye_navigator_set_speed_limit(struct InbyeNavigator *navigator,
                                      double limit_m_s);
 
 /*
+ Replaces the goals while the robot drives, or after it arrived or failed: plans a path to each of them on the present map, and the
+ next step drives to the first. `start` is where the robot is. What the scans showed is kept. The call takes as long as the plans: on
+ a large map stop the robot before, with a speed limit of zero. On failure the goals so far remain.
+
+ Precondition: `navigator` is alive; `goals` has `goal_count` goals.
+ */
+bool inbye_navigator_set_goals(struct InbyeNavigator *navigator,
+                               struct InbyePoint start,
+                               const struct InbyeGoal *goals,
+                               size_t goal_count);
+
+/*
  Replaces the map, in the same frame, while the robot drives: the next step avoids its obstacles and zones, and a path on it is
  planned at once. Obstacles that only the lidar saw remain. Where the map has no path even without them, the mission fails within
  a second by the default settings. It takes time in proportion to the map's area.

@@ -147,6 +147,7 @@ impl ObstacleModel {
     }
 
     /// Side of a cell of the map, metres.
+    #[cfg(feature = "sim")]
     pub(crate) fn resolution_m(&self) -> f64 {
         self.map.known.frame().resolution_m
     }

@@ -130,7 +130,7 @@ mod tests {
         let at = |&(x, y): &(f64, f64)| {
             let point = Point::new(x, y);
             let range_m = point.to_vector().norm();
-            Return { earlier, range_m, ..Return::candidate(point) }
+            Return { range_m, earlier, ..Return::candidate(point) }
         };
         points.iter().map(at).collect()
     }
