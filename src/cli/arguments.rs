@@ -92,9 +92,17 @@ impl FromStr for Place {
         match numbers.as_deref() {
             Some(&[x, y]) => Ok(Self { position: Point::new(x, y), yaw: None }),
             Some(&[x, y, yaw]) => Ok(Self { position: Point::new(x, y), yaw: Some(yaw) }),
-            _ => Err(format!(
-                "`{text}` is not a position: write X,Y or X,Y,YAW in metres and radians, such as 2.5,-1,0"
-            )),
+            _ => {
+                let is_unknown = text.eq_ignore_ascii_case("unknown");
+                let hint = if is_unknown {
+                    "; for a start that is not known: --unknown-start"
+                } else {
+                    ""
+                };
+                Err(format!(
+                    "`{text}` is not a position: write X,Y or X,Y,YAW in metres and radians, such as 2.5,-1,0{hint}"
+                ))
+            }
         }
     }
 }

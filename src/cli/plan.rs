@@ -139,7 +139,11 @@ fn is_free_with_swapped_axes(
         return false;
     }
     let least_m = || config.route_planner(map.frame().resolution_m).least_radius_m();
-    let space = FreeSpace::new(&map.obstacles(config.unknown), radius_m.unwrap_or_else(least_m));
+    let obstacles = map.obstacles(config.unknown);
+    if map.frame().cell_of(place).is_some_and(|cell| !obstacles.is_blocked(cell)) {
+        return false;
+    }
+    let space = FreeSpace::new(&obstacles, radius_m.unwrap_or_else(least_m));
     let is_near_free = space
         .nearest_free(place)
         .is_some_and(|cell| (map.frame().center_of(cell) - place).norm() <= NEAR_FREE_M);

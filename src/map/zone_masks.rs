@@ -35,8 +35,8 @@ pub enum MaskFault {
     NothingClosed,
     /// A speed mask with an occupied cell.
     #[error(
-        "a cell is 100 percent, a limit of zero: set `mode: scale` and `occupied_thresh: 1.0` in the mask, or close the zone with a \
-         keepout mask"
+        "a cell is 100 percent, a limit of zero: close the zone with a keepout mask; if the cell was to have a limit, set \
+         `mode: scale` and `occupied_thresh: 1.0` in the mask"
     )]
     LimitOfZero,
     /// A speed mask without a limit on the map.

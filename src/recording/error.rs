@@ -17,7 +17,7 @@ pub enum RecordingError {
     #[error("no thread for the recorder: {0}")]
     NoThread(io::Error),
     /// The file is no MCAP file.
-    #[error("the file is no MCAP file: choose a recording")]
+    #[error("the file is no MCAP file: choose a recording with the extension .mcap")]
     NotMcap,
     /// The file is no recording of inbye.
     #[error(

@@ -24,6 +24,7 @@ pub struct Reader<R> {
     updated_map: Option<OccupancyGrid>,
     ticks: u64,
     summary: Option<DriveSummary>,
+    is_truncated: bool,
 }
 
 crate::settings::opaque_debug!(Reader<R>);
@@ -65,6 +66,7 @@ impl<R: Read + Seek> Reader<R> {
             updated_map: None,
             ticks: 0,
             summary: None,
+            is_truncated: false,
         })
     }
 
@@ -107,7 +109,9 @@ impl<R: Read + Seek> Reader<R> {
                     });
                 }
                 Ok(Some(_)) => {}
-                Ok(None) | Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
+                Ok(None) => return Ok(None),
+                Err(McapError::UnexpectedEof | McapError::UnexpectedEoc) => {
+                    self.is_truncated = true;
                     return Ok(None);
                 }
                 Err(error) => return Err(damaged(self.ticks, error)),
@@ -150,7 +154,7 @@ impl<R: Read + Seek> Reader<R> {
     #[must_use]
     pub fn is_complete(&self) -> bool {
         let ticks = self.summary.as_ref().map(|summary| summary.ticks);
-        ticks == Some(self.ticks)
+        !self.is_truncated && ticks == Some(self.ticks)
     }
 }
 

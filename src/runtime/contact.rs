@@ -41,10 +41,14 @@ pub struct Contact {
 impl Display for Contact {
     fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {
         match self.body {
-            TouchedBody::Moving { index, speed_m_s, closing_m_s } => write!(
-                formatter,
-                "touched moving obstacle {index}, closing in at {closing_m_s:.2} m/s, which moved at {speed_m_s:.2} m/s,"
-            ),
+            TouchedBody::Moving { index, speed_m_s, closing_m_s } => {
+                // A robot that stands has a speed of zero without a sign.
+                let closing_m_s = (100.0 * closing_m_s).round() / 100.0 + 0.0;
+                write!(
+                    formatter,
+                    "touched moving obstacle {index}, which moved at {speed_m_s:.2} m/s, while the robot closed in at {closing_m_s:.2} m/s,"
+                )
+            }
             TouchedBody::Static => write!(formatter, "touched a static obstacle"),
         }?;
         let (Pose { x, y, yaw }, time_s) = (self.pose, self.time_s);

@@ -1,7 +1,7 @@
 //! Whether the reports of a base show a standstill.
 
 /// Time for which every report must show a standstill, seconds. A single report of zero may be a swing's reversal.
-const STILL_S: f64 = 0.5;
+const STILL_S: f64 = 0.3;
 
 /// Largest turn rate of a standstill, rad/s.
 const STILL_RAD_S: f64 = 0.1;

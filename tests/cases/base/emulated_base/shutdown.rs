@@ -88,13 +88,13 @@ fn base_that_drives_on_after_a_signal_is_a_fault() {
     assert!(cause.contains("cut the motors' power"), "{cause}");
 }
 
-/// The motors are 0.3 s late: they have not followed when the signal comes, and the base has reported that it stands.
+/// The motors are 0.3 s late: they have hardly followed when the signal comes, and the base has reported that it stands.
 #[test]
 fn program_does_not_end_before_late_motors_have_stopped() {
     let base = Emulated::start("native", "--fault late-motors@0");
     let mut host = base.host("base send --linear 0.6 --for 600");
     host.await_note("the base answers");
-    thread::sleep(Duration::from_millis(250));
+    thread::sleep(Duration::from_millis(350));
     host.signal("TERM");
     let ended = host.wait();
     assert_eq!(ended.object()["stop_cause"], json!(null), "{ended:?}");

@@ -11,9 +11,13 @@ use inbye::navigator::ObservationFault;
 use inbye::runtime::{Config, GroundTruth, OdometryReading, Robot, SensorData, TickEvent};
 use inbye::sim::{SimBase, Simulation};
 
-/// Ticks with a jump of the odometry, and ticks with frozen odometry.
+/// Ticks with a jump of the odometry.
 const JUMP: [usize; 2] = [40, 43];
-const FROZEN: [usize; 2] = [120, 130];
+/// The odometry freezes at the first tick from this one on at which the robot is at least this fast, m/s, for so many ticks. On a
+/// robot that stands it cannot be noticed.
+const FROZEN_FROM: usize = 120;
+const FROZEN_SPEED: f64 = 0.2;
+const FROZEN_TICKS: usize = 10;
 /// Ticks at which the base is overheated.
 const HOT: [usize; 2] = [60, 64];
 /// Evaluations of each GPU before it is lost.
@@ -25,6 +29,7 @@ pub struct FaultyBase {
     driven: usize,
     /// the last odometry reading before it froze.
     last: OdometryReading,
+    frozen_from: Option<usize>,
 }
 
 fn is_within(tick: usize, [from, to]: [usize; 2]) -> bool {
@@ -37,14 +42,18 @@ impl FaultyBase {
         let base = SimBase::of(config, start, simulation.seed);
         let base = base.expect("sound settings");
         let last = base.odometry();
-        Self { base, driven: 0, last }
+        Self { base, driven: 0, last, frozen_from: None }
     }
 }
 
 impl Robot for FaultyBase {
     fn sense(&mut self, time_s: f64) -> SensorData {
         let mut sensed = self.base.sense(time_s);
-        if is_within(self.driven, FROZEN) {
+        if self.driven >= FROZEN_FROM && sensed.odometry.twist.linear >= FROZEN_SPEED {
+            self.frozen_from.get_or_insert(self.driven);
+        }
+        let is_frozen = |from: usize| is_within(self.driven, [from, from + FROZEN_TICKS]);
+        if self.frozen_from.is_some_and(is_frozen) {
             sensed.odometry = self.last;
             return sensed;
         }
