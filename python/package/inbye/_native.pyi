@@ -528,9 +528,9 @@ class Navigator:
         """Replace the goals while the robot drives, or after it arrived or failed.
 
         A path to each of them is planned on the present map, and the next step drives to the first.
-        ``start`` is where the robot is. What the scans showed is kept. The call takes as long as the
-        plans: on a large map stop the robot before, with a speed limit of zero. If a goal has no
-        path, InbyeError is raised, and the goals so far remain.
+        ``start`` is where the robot is. What the scans showed is kept. The call takes as long as
+        the plans: on a large map stop the robot before, with a speed limit of zero. If a goal has
+        no path, InbyeError is raised, and the goals so far remain.
         """
     def set_map(self, map: Map) -> None:
         """Replace the map, in the same frame, while the robot drives.
