@@ -66,6 +66,12 @@ const NO_WAY: DirectWay = DirectWay {
 };
 
 impl Staging {
+    /// The plan to the goal by the staging pose, for a controller that does not stop there.
+    pub fn whole(&self) -> Plan {
+        let points = [self.to_pose.smoothed.points(), self.to_goal.smoothed.points()].concat();
+        self.to_pose.clone().along(Path::new(points))
+    }
+
     /// Whether a robot that starts with a yaw, radians, would arrive on the direct way so that it cannot turn to the yaw of the goal.
     pub fn is_needed(&self, yaw: f64) -> bool {
         let way = &self.direct;

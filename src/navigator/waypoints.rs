@@ -97,11 +97,7 @@ impl WaypointQueue {
                 Err(PlanError::GoalOccupied { .. }) => search.straight_to(goal, from, &mut plan),
                 Err(_) => None,
             };
-            let by_staging = |error| match &staging {
-                Some(staging) => Ok(staging.to_pose.clone()),
-                None => Err(error),
-            };
-            let plan = direct.or_else(by_staging)?;
+            let plan = direct.or_else(|error| staging.as_ref().map(Staging::whole).ok_or(error))?;
             ahead.push(Leg { goal: *goal, plan, staging });
             from = goal.position;
         }

@@ -170,7 +170,8 @@ fn hint_of_json_error_keeps_quoted_settings_whole() {
     let run = hall().run(&format!("drive {ENDS} --speed-zones black.yaml --json"));
     let refused: Value = serde_json::from_str(&run.stdout).unwrap();
     let hint = refused["error"]["hint"].as_str().unwrap();
-    assert!(hint.starts_with("set `mode: scale` and `occupied_thresh: 1.0` in"), "{hint}");
+    assert!(hint.starts_with("close the zone"), "{hint}");
+    assert!(hint.ends_with("set `mode: scale` and `occupied_thresh: 1.0` in the mask"), "{hint}");
 }
 
 /// A box stands in the world and not on the map; a pillar of the map is gone.
