@@ -120,14 +120,14 @@ fn play(
 }
 
 /// What each planner drives: a kind of world, a world and a seed.
-type Task = (WorldKind, String, u64);
+type Task<'r> = (WorldKind, &'r str, u64);
 
-fn task(row: &RunRow) -> Task {
-    (row.kind, row.world.clone(), row.seed)
+fn task(row: &RunRow) -> Task<'_> {
+    (row.kind, &row.world, row.seed)
 }
 
 /// The first tasks of the rows.
-fn first_tasks(rows: &[RunRow], count: usize) -> BTreeSet<Task> {
+fn first_tasks(rows: &[RunRow], count: usize) -> BTreeSet<Task<'_>> {
     let mut tasks = BTreeSet::new();
     for row in rows {
         if tasks.len() < count {

@@ -49,8 +49,7 @@ impl RunArguments {
         interrupt_flag()?;
         let mut rows = run_grid(grid, self.out.as_deref(), self.jobs())?;
         sort(&mut rows);
-        let mut written = Ok(());
-        if is_interrupted() {
+        let written = if is_interrupted() {
             let kept = self.out.as_ref().map_or_else(
                 || "they are not kept: with --out DIR the same command could resume".to_owned(),
                 |out| format!("they are kept in {}: the same command resumes", out.display()),
@@ -60,9 +59,10 @@ impl RunArguments {
                 rows.len(),
                 counted(grid.distinct().len(), "run")
             ));
+            Ok(())
         } else {
-            written = record.write_rows(&rows);
-        }
+            record.write_rows(&rows)
+        };
         Ok((rows, written))
     }
 }

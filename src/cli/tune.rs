@@ -181,13 +181,13 @@ fn search(
     let (mut all, mut searched): (Vec<Candidate>, Vec<RunRow>) = Default::default();
     let first_error = RefCell::new(None);
     // Whether the settings are valid together, as changes of those of each world.
-    let is_usable = |changes: &str| {
-        let error = settings.iter().find_map(|one| one.with_changes(changes).err());
-        let is_valid = error.is_none();
-        error.into_iter().for_each(|error| {
+    let error_of = |changes: &str| settings.iter().find_map(|one| one.with_changes(changes).err());
+    let is_usable = |changes: &str| match error_of(changes) {
+        None => true,
+        Some(error) => {
             first_error.borrow_mut().get_or_insert(error);
-        });
-        is_valid
+            false
+        }
     };
     for round in 0..plan.rounds {
         let points: Vec<Point> =

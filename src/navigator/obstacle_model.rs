@@ -146,14 +146,8 @@ impl ObstacleModel {
         }
     }
 
-    /// Side of a cell of the map, metres.
-    #[cfg(feature = "sim")]
-    pub(crate) fn resolution_m(&self) -> f64 {
-        self.map.known.frame().resolution_m
-    }
-
     /// Where no path leads on the map: its obstacles and closed zones.
-    pub(super) fn closed(&self) -> &ObstacleGrid {
+    pub(crate) fn closed(&self) -> &ObstacleGrid {
         self.map.closed.as_ref().unwrap_or(&self.map.known)
     }
 

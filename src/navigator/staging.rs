@@ -45,8 +45,8 @@ pub(super) struct Staging {
     direct: DirectWay,
 }
 
-/// How a robot arrives that drives to the goal directly.
-#[derive(Clone, Copy, Debug)]
+/// How a robot arrives that drives to the goal directly. Where there is no such way it does not fit.
+#[derive(Clone, Copy, Debug, Default)]
 struct DirectWay {
     /// Direction in which it begins, radians.
     heading: f64,
@@ -56,14 +56,6 @@ struct DirectWay {
     fits_nose_first: bool,
     fits_tail_first: bool,
 }
-
-/// There is no direct way.
-const NO_WAY: DirectWay = DirectWay {
-    heading: 0.0,
-    has_room_to_turn: false,
-    fits_nose_first: false,
-    fits_tail_first: false,
-};
 
 impl Staging {
     /// The plan to the goal by the staging pose, for a controller that does not stop there.
@@ -128,9 +120,9 @@ impl StagingSearch<'_> {
         }
         let direct_way = DirectWay { heading, has_room_to_turn, fits_nose_first, fits_tail_first };
         let start = *direct.smoothed.points().first()?;
-        let straight = self.straight_to(goal, start, &mut plan);
-        if let Some(straight) = straight {
-            return Some(Staging { direct: direct_way, ..straight });
+        let straight = self.straight((goal, direct_way), start, &wide, &mut plan);
+        if straight.is_some() {
+            return straight;
         }
         let passages = NarrowPassages::new(
             &robot.footprint,
@@ -167,38 +159,48 @@ impl StagingSearch<'_> {
         None
     }
 
-    /// The staging pose with the yaw of a goal from which the robot drives straight to the goal, nose first or tail first: the nearest one
-    /// with room to turn. `None` where an obstacle is before it.
+    /// The staging pose from which the robot drives straight to a goal, to which no plan leads directly; `None` where there is none.
     pub fn straight_to(
         &self,
         goal: &Goal,
         start: Point,
+        plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
+    ) -> Option<Staging> {
+        let wide = FreeSpace::new(self.closed, self.least_radius_m);
+        self.straight((goal, DirectWay::default()), start, &wide, plan)
+    }
+
+    /// The staging pose with the yaw of a goal from which the robot drives straight to the goal, nose first or tail first: the nearest one
+    /// in the space where it can turn. `None` where an obstacle is before it.
+    fn straight(
+        &self,
+        (goal, direct): (&Goal, DirectWay),
+        start: Point,
+        wide: &FreeSpace,
         mut plan: impl FnMut(Point, Point) -> Result<Plan, PlanError>,
     ) -> Option<Staging> {
-        let Self { closed, robot, settings, least_radius_m, .. } = *self;
+        let Self { robot, settings, .. } = *self;
         let yaw = goal.yaw?;
         let footprint = &robot.footprint;
         let reach_m = footprint.body_radius_m() + settings.safety_margin_m + MAX_STRAIGHT_M;
         let field = self.obstacles.window(&goal.position, reach_m).ok()?;
         let clearance = ExactClearance::new(&field, &goal.position, reach_m);
-        let pose_at = |ahead_m: f64| {
-            let (sin, cos) = libm::sincos(yaw);
-            Pose::new(goal.position.x + ahead_m * cos, goal.position.y + ahead_m * sin, yaw)
-        };
-        let kept_m = settings.safety_margin_m.min(clearance.gap_m(footprint, &pose_at(0.0)));
-        let wide = FreeSpace::new(closed, least_radius_m);
-        let has_room = |place: &Point| {
-            let cell = closed.frame().cell_of(place);
-            kept_m > 0.0 && cell.is_some_and(|cell| wide.is_free(cell))
-        };
+        let at_goal = Pose::new(goal.position.x, goal.position.y, yaw);
+        let kept_m = settings.safety_margin_m.min(clearance.gap_m(footprint, &at_goal));
+        if kept_m <= 0.0 {
+            return None;
+        }
+        let is_wide =
+            |place: &Point| wide.frame().cell_of(place).is_some_and(|cell| wide.is_free(cell));
         let staged = |leading_end: LeadingEnd| {
             let side = if leading_end == LeadingEnd::Nose { -1.0 } else { 1.0 };
             let steps = (MAX_STRAIGHT_M / STEP_M) as u32;
             (1..=steps)
-                .map(|step| pose_at(side * f64::from(step) * STEP_M))
-                .take_while(|pose| clearance.keeps_gap(footprint, pose, kept_m))
-                .map(|pose| pose.position())
-                .find(has_room)
+                .map(|step| at_goal.transform(&Point::new(side * f64::from(step) * STEP_M, 0.0)))
+                .take_while(|at| {
+                    clearance.keeps_gap(footprint, &Pose::new(at.x, at.y, yaw), kept_m)
+                })
+                .find(is_wide)
                 .map(|place| (leading_end, place))
         };
         let can_reverse = robot.limits.min_vel_x < 0.0;
@@ -209,7 +211,7 @@ impl StagingSearch<'_> {
             let way = Path::new(vec![place, goal.position]);
             let to_goal = Plan::of_path(way, to_pose.radius_m);
             let pose = Goal { position: place, yaw: Some(yaw) };
-            Some(Staging { pose, to_pose, to_goal, leading_end, direct: NO_WAY })
+            Some(Staging { pose, to_pose, to_goal, leading_end, direct })
         })
     }
 

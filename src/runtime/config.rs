@@ -389,7 +389,8 @@ impl Config {
         waypoints: &Waypoints,
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<(), Fault> {
-        let mut planner = self.new_global_planner(navigator.obstacle_model().resolution_m())?;
+        let resolution_m = navigator.obstacle_model().closed().frame().resolution_m;
+        let mut planner = self.new_global_planner(resolution_m)?;
         navigator.replace_goals(waypoints, &mut *planner, clock)?;
         planner.finish().map_err(Fault::Plan)
     }

@@ -103,7 +103,7 @@ impl Behaviour for GoalHandling {
         }
         let is_held = !has_room && is_within_xy && !is_within;
         let held_s = self.cannot_turn.update(now.time_s, is_held);
-        if held_s >= BLOCKED_S || is_within_xy && self.must_turn_here(state) {
+        if held_s >= BLOCKED_S || is_within_xy && self.must_turn_here(state, &limits) {
             self.parking.keep_position();
         }
         if held_s >= TURNS_BACK_AFTER_S && !self.has_turned_back {
@@ -137,7 +137,7 @@ impl GoalHandling {
     }
 
     /// Whether the robot must turn to the yaw of its goal before it comes nearer: it has room to turn here, and none there.
-    fn must_turn_here(&self, state: &State<'_>) -> bool {
+    fn must_turn_here(&self, state: &State<'_>, limits: &Limits) -> bool {
         let (goal, pose, settings) = (state.goal, &state.now.pose, state.settings);
         let Some(yaw) = goal.yaw.filter(|_| !self.parking.is_at_position()) else {
             return false;
@@ -150,8 +150,8 @@ impl GoalHandling {
             can_turn(footprint, settings, place, &clearance, [from, yaw])
         };
         let nose_first = bearing(&pose.position(), &goal.position);
-        let reverses = wrap_angle(nose_first - pose.yaw).abs() > FRAC_PI_2
-            && limits_in_sight(state).min_vel_x < 0.0;
+        let reverses =
+            wrap_angle(nose_first - pose.yaw).abs() > FRAC_PI_2 && limits.min_vel_x < 0.0;
         let arrival = if reverses { nose_first + PI } else { nose_first };
         !has_room(&goal.position, arrival) && has_room(&pose.position(), pose.yaw)
     }
