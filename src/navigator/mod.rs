@@ -30,6 +30,7 @@ mod no_path;
 mod observation;
 mod obstacle_model;
 mod occlusion;
+mod oncoming;
 mod passive_safety;
 mod predicted_state;
 mod progress;

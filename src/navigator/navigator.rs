@@ -264,6 +264,8 @@ impl Navigator {
         let entered: Vec<MovingDisc> =
             self.obstacles.entered_bodies(&self.settings).filter(is_outside).collect();
         now.may_come.extend(&entered);
+        let walkers = self.obstacles.walkers(&moving, self.settings.pedestrian_radius_m);
+        now.walkers = walkers.iter().map(|disc| disc.after(now.since_scan_s)).collect();
         now.may_start = self.obstacles.bodies_that_may_start(&self.settings);
         let seen = [&moving[..], &entered].concat();
         self.people.update(*time_s, &seen, |person| may_be_there(pose, scan, person));
@@ -324,6 +326,7 @@ impl Navigator {
             field: &field,
             is_narrow: self.is_narrow,
             to_narrow_m: self.to_narrow_m,
+            path_kind: self.replanner.path_kind,
             leading_end: self.waypoints.leading_end(),
             slim: &self.slim,
             inflated: InflatedBodies::new(
@@ -370,6 +373,7 @@ impl Navigator {
                     route.advance(&robot);
                     self.plans.push(plan);
                     self.progress.rebase(state.route.left_m(), route.left_m());
+                    state.path_kind = self.replanner.path_kind;
                     state.follow(route, None);
                     has_new_route = true;
                 }

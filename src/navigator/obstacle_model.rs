@@ -118,6 +118,12 @@ impl ObstacleModel {
         bodies.map(with_body).collect()
     }
 
+    /// People who walk, at the time of the last scan: by the line of their legs, and the bodies that no such line explains.
+    pub(super) fn walkers(&self, bodies: &[MovingDisc], radius_m: f64) -> Vec<MovingDisc> {
+        let tracker = self.tracker.as_ref();
+        tracker.map_or_else(Vec::new, |tracker| tracker.walkers(bodies, radius_m))
+    }
+
     /// People who entered free ground a moment ago, and who are not tracked.
     pub(super) fn entered_bodies(
         &self,

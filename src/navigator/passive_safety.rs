@@ -130,6 +130,7 @@ mod tests {
             pose: Pose::default(),
             twist: Twist::STOP,
             moving: vec![disc],
+            walkers: Vec::new(),
             may_come: vec![disc],
             near_turn: vec![disc],
             may_start: Vec::new(),

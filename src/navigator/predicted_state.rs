@@ -60,6 +60,8 @@ pub(super) struct PredictedState {
     pub twist: Twist,
     /// Predicted moving obstacles.
     pub moving: Vec<MovingDisc>,
+    /// People who walk, with the velocity of the body rather than that of a leg: for paths, not for safety.
+    pub walkers: Vec<MovingDisc>,
     /// `moving`, and people who entered free ground and are not tracked.
     pub may_come: Vec<MovingDisc>,
     /// The people whom a turn in place may meet: `may_come`, where people who have not stood for long may walk, and people whom
@@ -104,6 +106,7 @@ impl PredictedState {
             may_come: moving.clone(),
             near_turn: moving.clone(),
             may_start: Vec::new(),
+            walkers: moving.clone(),
             moving,
             since_scan_s,
         }

@@ -5,6 +5,7 @@ use core::f64::consts::SQRT_2;
 use super::async_planner::{AsyncPlanner, PlanRequest};
 use super::condition_timer::ConditionTimer;
 use super::no_path::NoPath;
+use super::oncoming::{LONGEST_DETOUR_M, NO_ROOM_S, PathKind, ground_of_oncoming};
 use super::state::State;
 use super::{Fault, GlobalPlanner, Mode, ObstacleModel};
 use crate::geometry::{Point, Pose};
@@ -54,6 +55,8 @@ pub(super) enum Reason {
     HeldUp,
     /// Changes of the obstacle model may have opened a shortcut.
     Shortcut,
+    /// A person comes towards the robot along its path.
+    Oncoming,
 }
 
 /// Requests plans from the planning thread and decides whether to follow them.
@@ -73,6 +76,9 @@ pub(super) struct Replanner {
     /// Why there is no path, whatever goes away.
     without_path: Option<PlanError>,
     is_blocked: bool,
+    pub path_kind: PathKind,
+    /// Where there was no room beside such a person, the next attempt is due then, seconds.
+    next_aside_s: f64,
     blocked: ConditionTimer,
     /// Why there is no path to the goal, if the last request found none.
     pub no_path: Option<NoPath>,
@@ -100,6 +106,8 @@ impl Replanner {
             due_on_map: None,
             without_path: None,
             is_blocked: false,
+            path_kind: PathKind::Usual,
+            next_aside_s: f64::NEG_INFINITY,
             blocked: ConditionTimer::default(),
             no_path: None,
             retries: Retries::default(),
@@ -117,6 +125,7 @@ impl Replanner {
             self.next_s = f64::NEG_INFINITY;
         }
         self.blocked = ConditionTimer::default();
+        self.path_kind = PathKind::Usual;
         self.forget_failures();
     }
 
@@ -167,6 +176,7 @@ impl Replanner {
     pub fn receive(&mut self, state: &State<'_>, obstacles: &mut ObstacleModel) -> Option<Plan> {
         let now_s = state.now.time_s;
         self.is_blocked = self.is_path_blocked(state);
+        self.path_kind = self.path_kind.while_met(state);
         let blocked_s = self.blocked.update(now_s, self.is_blocked);
         self.retries.advance(state.route.left_m(), state.settings.required_movement_radius);
         let (reason, answer) = match self.replayed_arrival.take() {
@@ -177,11 +187,26 @@ impl Replanner {
         }?;
         self.received += 1;
         self.no_path = None;
+        let is_oncoming = reason == Reason::Oncoming;
         match answer {
-            Ok(plan) => is_better(&plan, reason, blocked_s, state).then_some(plan),
+            Ok(plan) => {
+                let plan = is_better(&plan, reason, blocked_s, state).then_some(plan);
+                if plan.is_some() {
+                    self.path_kind =
+                        if is_oncoming { PathKind::PastPeople } else { PathKind::Usual };
+                } else if is_oncoming {
+                    self.next_aside_s = now_s + NO_ROOM_S;
+                }
+                plan
+            }
             Err(error) => {
                 let is_blocked =
                     matches!(error, PlanError::NoValidPath { .. } | PlanError::GoalOccupied { .. });
+                if is_oncoming && (is_blocked || matches!(error, PlanError::StartOccupied { .. })) {
+                    // Where there is no room beside the person, the path remains.
+                    self.next_aside_s = now_s + NO_ROOM_S;
+                    return None;
+                }
                 let is_outside = matches!(
                     error,
                     PlanError::StartOutsideMap { .. } | PlanError::GoalOutsideMap { .. }
@@ -236,14 +261,20 @@ impl Replanner {
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
         // Moving obstacles block a path only after the robot has waited for them without success.
-        let discs = if reason == Reason::HeldUp { now.moving.clone() } else { Vec::new() };
+        let discs = match reason {
+            Reason::HeldUp => now.moving.clone(),
+            Reason::Oncoming => ground_of_oncoming(state, self.least_radius_m),
+            _ => Vec::new(),
+        };
         let transient = obstacles.recent_marks(now.time_s - settings.detour_patience_s);
+        // Beside a person who comes, the robot also passes where it has little room.
+        let avoided = if reason == Reason::Oncoming { &[][..] } else { &now.near_turn[..] };
         let mut request = PlanRequest {
             start: now.pose.position(),
             goal: state.goal.position,
             marks: obstacles.marks().collect(),
             discs,
-            transient: transient.chain(now.near_turn.iter().map(with_reach)).collect(),
+            transient: transient.chain(avoided.iter().map(with_reach)).collect(),
         };
         if reason == Reason::MapAlone {
             (request.marks, request.transient) = (Vec::new(), Vec::new());
@@ -255,10 +286,13 @@ impl Replanner {
     fn reason(&self, state: &State<'_>, obstacles: &ObstacleModel) -> Option<Reason> {
         // An escaping robot leaves its path on purpose. The place from which it will continue is not known yet.
         let escapes = state.mode == Mode::Escaping;
+        let comes = || !ground_of_oncoming(state, self.least_radius_m).is_empty();
         if !escapes && has_strayed(state) {
             Some(Reason::Strayed)
         } else if self.due_on_map.is_some() {
             self.due_on_map
+        } else if !escapes && state.now.time_s >= self.next_aside_s && comes() {
+            Some(Reason::Oncoming)
         } else if self.is_blocked {
             Some(Reason::Blocked)
         } else if escapes || state.stuck_s > STUCK_PATIENCES * state.stuck_patience_s() {
@@ -375,6 +409,7 @@ fn is_better(plan: &Plan, reason: Reason, blocked_s: f64, state: &State<'_>) -> 
                 || length_m - left_m <= SMALL_DETOUR_M + driven_m(blocked_s)
         }
         Reason::HeldUp => length_m - left_m <= driven_m(state.stuck_s),
+        Reason::Oncoming => length_m - left_m <= LONGEST_DETOUR_M,
         Reason::Shortcut => length_m < left_m * (1.0 - settings.min_shortcut_share),
     }
 }

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
+use super::oncoming::PathKind;
 use super::passive_safety::PassiveSafety;
 use super::predicted_state::{PredictedState, brake};
 use super::staging::LeadingEnd;
@@ -32,6 +33,9 @@ const WAITING_M: f64 = 2.0;
 
 /// A robot farther than this from its path is beside it in front of a narrow passage, metres.
 const ASIDE_M: f64 = 0.2;
+
+/// Lookahead past a person who comes, metres: with a longer one, the robot would cut across where the person walks.
+const ASIDE_LOOKAHEAD_M: f64 = 1.2;
 
 /// A robot creeps if all its parts are at most this fast, m/s. Next to a person it stands still instead: creeping gains nothing,
 /// and the person may come.
@@ -67,6 +71,7 @@ pub(super) struct State<'a> {
     pub is_narrow: bool,
     /// Distance along the path to that passage, metres; `None` if the path has none here.
     pub to_narrow_m: Option<f64>,
+    pub path_kind: PathKind,
     /// The end of the robot that drives ahead: its tail where it cannot turn at its goal.
     pub leading_end: LeadingEnd,
     /// The robot with the discs of narrow passages.
@@ -113,6 +118,11 @@ impl<'a> State<'a> {
         let farthest_m = entered_obliquely_m.map_or(farthest_m, |to_m| {
             farthest_m.min((to_m - settings.key_node_spacing_m).max(nearest_m))
         });
+        let farthest_m = if self.path_kind == PathKind::PastPeople {
+            farthest_m.min(ASIDE_LOOKAHEAD_M).max(nearest_m)
+        } else {
+            farthest_m
+        };
         let target = turning_to.unwrap_or_else(|| route.key_node(nearest_m, farthest_m, in_sight));
         self.route = route;
         self.local_target = target;

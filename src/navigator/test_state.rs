@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::inflated_bodies::InflatedBodies;
+use super::oncoming::PathKind;
 use super::predicted_state::PredictedState;
 use super::scan_health::ScanHealth;
 use super::staging::LeadingEnd;
@@ -50,6 +51,7 @@ pub(super) fn with_state<R>(
         last_command: &last_command,
         is_narrow: false,
         to_narrow_m: None,
+        path_kind: PathKind::Usual,
         leading_end: LeadingEnd::Nose,
         slim: &robot.footprint,
         inflated: InflatedBodies::new(
@@ -86,6 +88,7 @@ pub(super) fn standing_at(pose: Pose) -> PredictedState {
         twist: Twist::STOP,
         moving: Vec::new(),
         may_come: Vec::new(),
+        walkers: Vec::new(),
         near_turn: Vec::new(),
         may_start: Vec::new(),
         since_scan_s: 0.1,

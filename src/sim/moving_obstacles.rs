@@ -128,6 +128,7 @@ struct Entry {
     keyframes: Option<Vec<[f64; 3]>>,
     loop_s: Option<f64>,
     yields: Option<bool>,
+    leg_diameter: Option<f64>,
     appears_at_s: Option<f64>,
     appears_within_m: Option<f64>,
 }
@@ -164,6 +165,7 @@ impl MovingObstacles {
     ///   see [`TimedPath`].
     ///
     /// `yields` is true for an obstacle that yields to the robot (default: true except for a timed path).
+    /// With a `leg_diameter` the lidar sees two legs that walk within its disc, see [`MovingObstacle::with_legs`].
     /// `appears_at_s` is the time at which it appears, `appears_within_m` its distance from the robot then (default: it is
     /// present from the start). All points must be inside the map; they are not checked for obstacles.
     ///
@@ -286,6 +288,10 @@ impl Entry {
         }
         let moving = match self.yields {
             Some(yields) => moving.yielding(yields),
+            None => moving,
+        };
+        let moving = match self.leg_diameter {
+            Some(diameter_m) => moving.with_legs(diameter_m, 0.0)?,
             None => moving,
         };
         match (self.appears_at_s, self.appears_within_m) {

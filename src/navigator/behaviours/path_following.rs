@@ -3,6 +3,7 @@
 use core::f64::consts::{FRAC_PI_2, PI};
 use std::borrow::Cow;
 
+use super::super::oncoming::PathKind;
 use super::super::staging::LeadingEnd;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
@@ -20,6 +21,9 @@ const MIN_APPROACH_SPEED: f64 = 0.1;
 /// Shortest horizon near the goal, seconds.
 const MIN_HORIZON_S: f64 = 0.5;
 
+/// Longest horizon past a person who comes, seconds: the path bends to the side and back, and a longer arc does not.
+const ASIDE_HORIZON_S: f64 = 1.5;
+
 /// Chooses a velocity of the dynamic window that leads to the local target.
 pub(super) struct PathFollowing {
     pub planner: LocalPlanner,
@@ -27,15 +31,21 @@ pub(super) struct PathFollowing {
 
 impl Behaviour for PathFollowing {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
-        let LocalSettings { mut weights, sim_time_s, .. } = *self.planner.settings();
+        let LocalSettings { mut weights, sim_time_s: usual_s, .. } = *self.planner.settings();
+        let is_past_people = state.path_kind == PathKind::PastPeople;
+        let sim_time_s = if is_past_people { usual_s.min(ASIDE_HORIZON_S) } else { usual_s };
         let view = View::new(state);
         let limits = view.limits(state, sim_time_s);
         let to_goal_s = horizon_to_goal_s(state, limits.max_vel_x);
         let ends_beyond_goal = to_goal_s < sim_time_s;
-        if state.is_narrow || ends_beyond_goal {
+        if state.is_narrow || is_past_people || ends_beyond_goal {
             // Every way in has little clearance: with that weight the robot turns away from the entrance, or creeps. Near the goal it
             // would drive past it, for the sake of small differences.
             weights.clearance = 0.0;
+        }
+        if is_past_people {
+            // With it the robot drives on straight, and reaches its side too late.
+            weights.velocity = 0.0;
         }
         let input = DecisionInput {
             field: state.field,
@@ -52,7 +62,7 @@ impl Behaviour for PathFollowing {
         self.planner.set_tick_time(state.tick);
         self.planner.set_horizon(to_goal_s.min(sim_time_s));
         let decided = self.planner.decide(&input);
-        self.planner.set_horizon(sim_time_s);
+        self.planner.set_horizon(usual_s);
         let (command, evaluation) = decided.map_err(Fault::Choose)?;
         let command = command.map(|command| view.in_robot_frame(command));
         // The speed limit holds for the present turn rate, not for the chosen one.
@@ -147,7 +157,7 @@ impl<'a> View<'a> {
         if state.inflated.within_a_margin {
             fastest = fastest.min(state.settings.passing_speed);
         }
-        if state.is_narrow {
+        if state.is_narrow || state.path_kind == PathKind::PastPeople {
             // Faster arcs end beyond the target. Only those that lead past the entrance are then admissible.
             let to_target = distance_m(&state.local_target) / horizon_s;
             fastest = fastest.min(to_target.max(MIN_APPROACH_SPEED));

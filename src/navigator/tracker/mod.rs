@@ -11,6 +11,7 @@ mod filter;
 mod free_standing;
 mod standing;
 mod track;
+mod walkers;
 
 use nalgebra::Matrix2;
 
@@ -24,6 +25,7 @@ use filter::Fit;
 use free_standing::FreeStandingObjects;
 use standing::StandingPeople;
 use track::Track;
+use walkers::Walkers;
 
 /// Returns from beyond this distance do not count, metres: a person has no three beams of 1 degree there.
 pub(super) const FARTHEST_M: f64 = 12.0;
@@ -70,6 +72,7 @@ pub(super) struct Tracker {
     /// Discs that a moving obstacle covered, and the begin of its track, seconds.
     pub swept: Vec<(MovingDisc, f64)>,
     entered: EnteredPlaces,
+    walkers: Walkers,
     free_standing: FreeStandingObjects,
     /// Whether what comes out of hiding may be a person.
     pub hides_people: bool,
@@ -95,6 +98,7 @@ impl Tracker {
             self.tracks.clear();
             self.history.clear();
             self.entered.clear();
+            self.walkers.clear();
             self.standing.clear();
             self.free_standing.clear();
         } else if gap_s > 0.0 {
@@ -107,6 +111,7 @@ impl Tracker {
         self.swept.clear();
         self.collect(pose, scan, &origin);
         self.entered.update(time_s, &self.returns);
+        self.walkers.update(time_s, &self.returns);
         let returns = ScanReturns { pose, scan, returns: &self.returns };
         returns.find_clusters(&mut self.clusters);
         let narrow = returns.narrow_objects(free_standing::WIDEST_M);
@@ -138,6 +143,18 @@ impl Tracker {
             move |place: &Point| self.tracks.iter().any(|track| explains(track, place));
         let places = self.last_s.into_iter().flat_map(|time_s| self.entered.places(time_s));
         places.filter(move |(place, _)| !is_explained(place))
+    }
+
+    /// People who walk straight, by their legs alone, as discs of a radius, metres, and the bodies that are no such people.
+    pub fn walkers(&self, bodies: &[MovingDisc], radius_m: f64) -> Vec<MovingDisc> {
+        let time_s = self.last_s.unwrap_or_default();
+        let walking: Vec<_> = self.walkers.walking(time_s, radius_m).collect();
+        let explains = |walker: &MovingDisc, body: &MovingDisc| {
+            (walker.center() - body.center()).norm() < walker.radius + body.radius
+        };
+        let is_other = |body: &&MovingDisc| !walking.iter().any(|walker| explains(walker, body));
+        let others: Vec<_> = bodies.iter().filter(is_other).copied().collect();
+        [walking, others].concat()
     }
 
     /// Pairs of narrow objects, which may be people who have stood there all the time.
