@@ -167,7 +167,7 @@ impl MovingObstacle {
     pub fn with_legs(self, leg_diameter_m: f64, phase_m: f64) -> Result<Self, SimError> {
         at_least_zero("phase", phase_m)?;
         let fits = (0.0..=2.0 * self.radius_m).contains(&leg_diameter_m);
-        require(fits, "leg diameter", leg_diameter_m, "zero to the diameter of the obstacle")?;
+        require(fits, "leg_diameter", leg_diameter_m, "zero to the diameter of the obstacle")?;
         Ok(Self {
             gait: (leg_diameter_m > 0.0).then(|| Gait::new(leg_diameter_m, phase_m)),
             ..self

@@ -274,7 +274,7 @@ fn every_key_of_obstacle_files_is_in_the_book_and_in_the_example() {
     let refusal = place.refusal(&format!("{DRIVE} --obstacles key.json"));
     let (_, keys) = refusal.split_once("expected one of ").expect("the keys are listed");
     let keys: Vec<&str> = keys.split('`').skip(1).step_by(2).collect();
-    assert_eq!(keys.len(), 11, "{keys:?}");
+    assert_eq!(keys.len(), 12, "{keys:?}");
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |file: &str| fs::read_to_string(root.join(file)).expect("a text of the repository");
     let (book, example) = (read("docs/src/cli.md"), read("examples/moving_obstacles.toml"));
