@@ -63,7 +63,7 @@ impl PathKind {
 /// The ground that people who come along the path will walk over, as discs; none where the path keeps clear of it. The robot turns
 /// within a radius, metres. A robot that has a path past them stays on its side.
 pub(super) fn ground_of_oncoming(state: &State<'_>, turning_m: f64) -> Vec<MovingDisc> {
-    if !is_in_roadway(state) {
+    if state.now.walkers.is_empty() || !is_in_roadway(state) {
         return Vec::new();
     }
     let robot = state.now.pose.position();
@@ -79,8 +79,7 @@ pub(super) fn ground_of_oncoming(state: &State<'_>, turning_m: f64) -> Vec<Movin
         if !walk.meets(clear_m) {
             continue;
         }
-        let is_past = state.path_kind == PathKind::PastPeople;
-        let closed = is_past.then(|| walk.other_side()).flatten();
+        let closed = state.is_past_people().then(|| walk.other_side()).flatten();
         for disc in walk.ground(PLANNED_S).take_while(has_room) {
             let aside = |step: u32| closed.unwrap_or_default() * f64::from(step);
             let discs = (0..=if closed.is_some() { CLOSED_DISCS } else { 0 }).map(|step| {

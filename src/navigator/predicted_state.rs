@@ -106,7 +106,7 @@ impl PredictedState {
             may_come: moving.clone(),
             near_turn: moving.clone(),
             may_start: Vec::new(),
-            walkers: moving.clone(),
+            walkers: Vec::new(),
             moving,
             since_scan_s,
         }

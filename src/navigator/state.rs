@@ -118,7 +118,7 @@ impl<'a> State<'a> {
         let farthest_m = entered_obliquely_m.map_or(farthest_m, |to_m| {
             farthest_m.min((to_m - settings.key_node_spacing_m).max(nearest_m))
         });
-        let farthest_m = if self.path_kind == PathKind::PastPeople {
+        let farthest_m = if self.is_past_people() {
             farthest_m.min(ASIDE_LOOKAHEAD_M).max(nearest_m)
         } else {
             farthest_m
@@ -145,6 +145,11 @@ impl<'a> State<'a> {
         let NavigatorSettings { stuck_patience_s, required_movement_radius, .. } = *self.settings;
         let needed_s = required_movement_radius / self.fastest;
         if needed_s.is_finite() { stuck_patience_s.max(needed_s) } else { stuck_patience_s }
+    }
+
+    /// Whether the path leads past people who come along the roadway.
+    pub fn is_past_people(&self) -> bool {
+        self.path_kind == PathKind::PastPeople
     }
 
     /// Whether a person is near enough to hold the robot up.

@@ -3,7 +3,6 @@
 use core::f64::consts::{FRAC_PI_2, PI};
 use std::borrow::Cow;
 
-use super::super::oncoming::PathKind;
 use super::super::staging::LeadingEnd;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
@@ -32,7 +31,7 @@ pub(super) struct PathFollowing {
 impl Behaviour for PathFollowing {
     fn propose(&mut self, state: &State<'_>) -> Result<Option<Proposal>, Fault> {
         let LocalSettings { mut weights, sim_time_s: usual_s, .. } = *self.planner.settings();
-        let is_past_people = state.path_kind == PathKind::PastPeople;
+        let is_past_people = state.is_past_people();
         let sim_time_s = if is_past_people { usual_s.min(ASIDE_HORIZON_S) } else { usual_s };
         let view = View::new(state);
         let limits = view.limits(state, sim_time_s);
@@ -157,7 +156,7 @@ impl<'a> View<'a> {
         if state.inflated.within_a_margin {
             fastest = fastest.min(state.settings.passing_speed);
         }
-        if state.is_narrow || state.path_kind == PathKind::PastPeople {
+        if state.is_narrow || state.is_past_people() {
             // Faster arcs end beyond the target. Only those that lead past the entrance are then admissible.
             let to_target = distance_m(&state.local_target) / horizon_s;
             fastest = fastest.min(to_target.max(MIN_APPROACH_SPEED));

@@ -24,12 +24,29 @@ const MAX_PLACES: usize = 16;
 #[derive(Debug, Default)]
 pub(super) struct EnteredPlaces(Vec<Place>);
 
-/// Returns of a scan that belong together.
-struct Group {
+/// Returns of a scan that belong to one person.
+pub(super) struct Group {
     count: usize,
-    center: Point,
+    pub center: Point,
     /// Range of the nearest, metres.
     range_m: f64,
+}
+
+/// The groups of returns, in the order of their beams.
+pub(super) fn groups_of<'a>(returns: impl Iterator<Item = &'a Return>) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    for one in returns {
+        let near = |group: &&mut Group| (one.point - group.center).norm() < TOGETHER_M;
+        match groups.iter_mut().find(near) {
+            Some(group) => {
+                group.count += 1;
+                group.center = group.center + (one.point - group.center) / group.count as f64;
+                group.range_m = group.range_m.min(one.range_m);
+            }
+            None => groups.push(Group { count: 1, center: one.point, range_m: one.range_m }),
+        }
+    }
+    groups
 }
 
 #[derive(Debug)]
@@ -64,20 +81,7 @@ impl EnteredPlaces {
         let is_of_person = |one: &&Return| {
             one.earlier != Earlier::Unknown || self.0.iter().any(|place| place.approaches(one))
         };
-        let mut groups: Vec<Group> = Vec::new();
-        for one in returns.iter().filter(is_of_person) {
-            let near = |group: &&mut Group| (one.point - group.center).norm() < TOGETHER_M;
-            match groups.iter_mut().find(near) {
-                Some(group) => {
-                    group.count += 1;
-                    group.center = group.center + (one.point - group.center) / group.count as f64;
-                    group.range_m = group.range_m.min(one.range_m);
-                }
-                None => {
-                    groups.push(Group { count: 1, center: one.point, range_m: one.range_m });
-                }
-            }
-        }
+        let groups = groups_of(returns.iter().filter(is_of_person));
         for Group { count, center, range_m } in groups {
             let known = self.0.iter_mut().find(|place| (center - place.center).norm() < TOGETHER_M);
             if let Some(place) = known {

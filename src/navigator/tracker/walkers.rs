@@ -7,11 +7,10 @@ use std::collections::VecDeque;
 
 use super::super::scan_visibility::Earlier;
 use super::cluster::Return;
+use super::entered::{Group, groups_of};
 use crate::geometry::{Point, Vector};
 use crate::map::MovingDisc;
 
-/// Returns within this distance of each other belong to one person, metres: a long step.
-const TOGETHER_M: f64 = 0.6;
 /// The walk of a person continues within this distance of where it is expected, metres.
 const GATE_M: f64 = 0.5;
 /// A walk ends after this long without a return, seconds. Places of the last time, seconds, are on the line.
@@ -115,7 +114,7 @@ impl Walkers {
         let expected: Vec<Option<Point>> =
             self.0.iter().map(|walk| walk.expected(time_s)).collect();
         let mut seen = vec![(0_u32, Vector::ZERO); self.0.len()];
-        let mut new: Vec<(u32, Point)> = Vec::new();
+        let mut new: Vec<&Return> = Vec::new();
         for one in returns.iter().filter(|one| one.is_candidate) {
             let nearest = expected
                 .iter()
@@ -127,13 +126,7 @@ impl Walkers {
                 seen[walk].0 += 1;
                 seen[walk].1 = seen[walk].1 + one.point.to_vector();
             } else if one.earlier == Earlier::Free {
-                match new.iter_mut().find(|(_, place)| (one.point - *place).norm() < TOGETHER_M) {
-                    Some((count, place)) => {
-                        *count += 1;
-                        *place = *place + (one.point - *place) / f64::from(*count);
-                    }
-                    None => new.push((1, one.point)),
-                }
+                new.push(one);
             }
         }
         for (walk, (count, sum)) in self.0.iter_mut().zip(seen) {
@@ -142,8 +135,8 @@ impl Walkers {
                 walk.0.make_contiguous();
             }
         }
-        let begun = new.into_iter().map(|(_, place)| Walk(VecDeque::from([(time_s, place)])));
-        self.0.extend(begun);
+        let begin = |group: Group| Walk(VecDeque::from([(time_s, group.center)]));
+        self.0.extend(groups_of(new.into_iter()).into_iter().map(begin));
         self.0.truncate(MAX_WALKS);
     }
 
@@ -175,7 +168,7 @@ mod tests {
         walkers.update(f64::from(tick) * 0.1, &returns);
     }
 
-    /// The legs of a person at x, of which scans show one in turn: each is up to 0.2 m ahead of the body or behind it.
+    /// The leg of a person at x that a scan shows: one leg and the other in turn, each up to 0.2 m ahead of the body or behind it.
     fn leg(tick: u32, x: f64) -> (f64, f64) {
         let side = if tick.is_multiple_of(2) { 1.0 } else { -1.0 };
         let phase = f64::from(tick % 10) / 10.0;
