@@ -60,7 +60,7 @@ pub use global_planner::GlobalPlanner;
 pub(crate) use global_planner::{END_TOLERANCE_M, check_cells, check_ends};
 pub use map_update::PreparedMap;
 pub use navigation_map::NavigationMap;
-pub use navigator::Navigator;
+pub use navigator::{Navigator, PlannedGoals};
 pub use observation::{Observation, ObservationFault};
 pub use obstacle_model::ObstacleModel;
 pub use route_planner::RoutePlanner;

@@ -36,6 +36,7 @@ use crate::local::{LocalPlanner, LocalSettings, step_that_overlooks};
 use crate::map::{FreeSpace, MovingDisc, ObstacleGrid, Zones};
 use crate::robot::{Footprint, TickClock, TickTime};
 use braking::FaultyTime;
+pub use goal_update::PlannedGoals;
 use goal_update::planned_goals;
 
 /// Distance of the robot's circle from the space that a blind sector hides, metres: room to drive along it.

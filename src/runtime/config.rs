@@ -17,8 +17,8 @@ use crate::local::{
 use crate::localization::LocalizationSettings;
 use crate::map::UnknownPolicy;
 use crate::navigator::{
-    Controller, Fault, GlobalPlanner, NavigationMap, Navigator, NavigatorSettings, PreparedMap,
-    RobotModel, RoutePlanner, Waypoints, ZonedMap, limits_in_zones,
+    Controller, Fault, GlobalPlanner, NavigationMap, Navigator, NavigatorSettings, PlannedGoals,
+    PreparedMap, RobotModel, RoutePlanner, Waypoints, ZonedMap, limits_in_zones,
 };
 use crate::robot::{Footprint, Limits, Polygon, TrackedDrive};
 use crate::settings::{SettingError, choices, require, setting_schema, settings};
@@ -393,6 +393,24 @@ impl Config {
         let mut planner = self.new_global_planner(resolution_m)?;
         navigator.replace_goals(waypoints, &mut *planner, clock)?;
         planner.finish().map_err(Fault::Plan)
+    }
+
+    /// Plans paths to goals on a map, for [`Navigator::follow_goals`]. It takes time in proportion to the map's area.
+    ///
+    /// # Errors
+    /// As [`PlannedGoals::new`], and when the program of the settings that plans does not start or end.
+    pub fn plan_goals(
+        &self,
+        map: impl Into<NavigationMap>,
+        waypoints: &Waypoints,
+        clock: &mut dyn FnMut() -> f64,
+    ) -> Result<PlannedGoals, Fault> {
+        let map = map.into();
+        let mut planner = self.new_global_planner(map.obstacles.frame().resolution_m)?;
+        let model = (&self.robot.model(), &self.navigator);
+        let goals = PlannedGoals::new(map, waypoints, model, &mut *planner, clock)?;
+        planner.finish().map_err(Fault::Plan)?;
+        Ok(goals)
     }
 
     /// Creates the global planner of the settings, on maps of a resolution in metres.

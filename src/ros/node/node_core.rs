@@ -3,6 +3,7 @@
 mod action;
 mod ages;
 mod display;
+mod goal;
 mod goal_end;
 mod lifecycle;
 mod localization;
@@ -11,10 +12,11 @@ mod status;
 
 use self::ages::{MAX_TICK_GAP_S, check_period};
 use self::status::Inputs;
-use super::action::{ActionUpdate, ActiveGoal, UNKNOWN};
+use super::action::{ActionUpdate, ActiveGoal};
 use super::conflicts::Conflicts;
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
+use super::goal_update::GoalUpdate;
 use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
 use super::latest_inputs::LatestInputs;
 use super::lifecycle::LifecycleState;
@@ -25,9 +27,9 @@ use super::zones::ZoneInputs;
 use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
-use crate::navigator::{Decision, Fault, Goal, Navigator, Observation, Waypoints};
+use crate::navigator::{Decision, Goal, Navigator, Observation};
 use crate::robot::TickClock;
-use crate::ros::msg::{self, ActionEnd};
+use crate::ros::msg;
 use crate::runtime::{Config, ContradictedMap, MapUpdate, PoseSource};
 use crate::settings::SettingError;
 
@@ -80,8 +82,8 @@ pub struct Outgoing {
 /// Takes messages at any time and returns at each tick the messages to publish.
 ///
 /// Without a goal it publishes nothing. With a goal it publishes a velocity at each tick. It brakes to zero while an input is
-/// missing or too old, and publishes zero for a second after the goal is reached or aborted. After a new goal it first stops
-/// and then plans; on a changed map it drives on. Every velocity passes the protective layer, which gets the raw scans. The
+/// missing or too old, and publishes zero for a second after the goal is reached or aborted. After a new goal or on a changed
+/// map it drives on while it plans. Every velocity passes the protective layer, which gets the raw scans. The
 /// robot moves only while [`NodeCore::operator`] is armed; a goal never arms it. Times are seconds since 1970 by the node's
 /// clock. Ages are those of the stamps: the clocks of the senders must agree with it.
 pub struct NodeCore {
@@ -114,6 +116,7 @@ pub struct NodeCore {
     accepted_s: f64,
     navigator: Option<Navigator>,
     map_update: MapUpdate,
+    goal_update: GoalUpdate,
     protection: Protection,
     published_plans: usize,
     ended_s: Option<f64>,
@@ -183,6 +186,7 @@ impl NodeCore {
             accepted_s: f64::NEG_INFINITY,
             navigator: None,
             map_update: MapUpdate::default(),
+            goal_update: GoalUpdate::default(),
             published_plans: 0,
             ended_s: None,
             without_scan_since_s: None,
@@ -339,22 +343,6 @@ impl NodeCore {
         }
     }
 
-    fn set_goal(&mut self, now_s: f64, (found, goal): (String, Goal)) -> Result<(), MessageError> {
-        self.check_active()?;
-        self.check_map_frame(&found)?;
-        let is_repeated = self.is_present_goal(&found, &goal);
-        self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
-        self.accepted_s = now_s;
-        if is_repeated {
-            return Ok(());
-        }
-        self.goal = Some((found, goal));
-        self.navigator = None;
-        (self.ended_s, self.without_scan_since_s) = (None, None);
-        self.stats.goals += 1;
-        Ok(())
-    }
-
     /// Returns the messages to publish now. `clock` measures the duration of a decision, seconds.
     pub fn tick(&mut self, now_s: f64, clock: &mut dyn FnMut() -> f64) -> Outgoing {
         let mut outgoing = Outgoing::default();
@@ -439,6 +427,7 @@ impl NodeCore {
             return None;
         }
         self.update_map();
+        self.update_goal(now_s);
         if self.navigator.is_none() && self.ended_s.is_none() {
             // Planning takes time, during which a moving robot would not look ahead.
             if self.command != Twist::STOP {
@@ -453,7 +442,11 @@ impl NodeCore {
         navigator.set_speed_limit(self.zones.limit(self.settings.config.robot.limits.max_vel_x));
         let (decision, _) = navigator.step_by(&observation, clock);
         self.notices.sensor_fault(decision.mode, navigator);
-        self.check_end(now_s, decision.mode);
+        if self.goal_update.is_running() {
+            self.check_end_of_last_goal(decision.mode);
+        } else {
+            self.check_end(now_s, decision.mode);
+        }
         Some(decision)
     }
 
@@ -467,29 +460,5 @@ impl NodeCore {
             self.hold = Hold::None;
         }
         is_held
-    }
-
-    /// A navigator from the robot's pose to the goal; none without a map or a goal.
-    fn new_navigator(
-        &self,
-        pose: &Pose,
-        clock: &mut dyn FnMut() -> f64,
-    ) -> Option<Result<Navigator, Fault>> {
-        let map = self.navigation_map()?;
-        let (_, goal) = self.goal.as_ref()?;
-        let config = &self.settings.config;
-        let waypoints = Waypoints { start: pose.position(), goals: vec![*goal] };
-        let engine = Box::new(self.engine.clone());
-        Some(config.new_navigator(map, &waypoints, engine, clock))
-    }
-
-    fn start(&mut self, navigator: Navigator) {
-        let to = navigator.goal().position;
-        self.notices.push(format!("driving to ({:.2}, {:.2})", to.x, to.y));
-        self.notices.reset_sensor_fault();
-        // The navigator has the newest map.
-        self.map_update = MapUpdate::default();
-        self.navigator = Some(navigator);
-        self.published_plans = 0;
     }
 }

@@ -7,6 +7,7 @@ mod inputs;
 mod lifecycle;
 mod localization;
 mod messages;
+mod new_goal;
 mod protection;
 mod robot;
 mod transport;

@@ -104,6 +104,7 @@ impl NodeCore {
         if !is_new || self.navigator.is_none() || self.ended_s.is_some() {
             return;
         }
+        self.goal_update.outdate();
         let map = self.navigation_map();
         if let Some(NavigationMap { obstacles, .. }) =
             map.as_ref().filter(|_| self.map_update.is_given)

@@ -169,8 +169,6 @@ fn newer_goal_aborts_the_older_one() {
     robot.receive(&navigate(SECOND, 2.0, 4.0));
     robot.step();
     assert_eq!(summary(&robot).1, [(FIRST, ActionEnd::ABORTED, 9000)]);
-    robot.until(50, Robot::stands);
-    robot.until(50, |robot| robot.speed() > 0.3);
     // A goal on the topic does the same.
     robot.receive(&IncomingMessage::Goal(goal(GOAL.0, GOAL.1)));
     robot.step();

@@ -3,7 +3,8 @@
 use inbye::geometry::{Pose, Twist};
 use inbye::ros::node::IncomingMessage;
 
-use super::robot::{Robot, goal, transform};
+use super::action::cancel;
+use super::robot::{Robot, transform};
 
 /// Ticks of 0.1 s until the robot stands: 0.3 s of age, and braking from 1 m/s at 1 m/s^2.
 const STOP_TICKS: usize = 14;
@@ -126,11 +127,11 @@ fn late_at_speed(elapsed_s: f64) -> (Robot, Twist) {
     (robot, last)
 }
 
-/// A new goal makes the robot stop before the node plans.
+/// A cancelled goal makes the robot brake.
 #[test]
 fn late_tick_brakes_for_its_whole_time_and_is_reported() {
     let (mut robot, last) = late_at_speed(0.25);
-    robot.receive(&IncomingMessage::Goal(goal(9.5, 4.5)));
+    robot.receive(&cancel(1, [0; 16]));
     let braked = robot.step().expect("it brakes");
     assert!((last.linear - braked.linear - 0.25).abs() < 1e-6, "{last:?} {braked:?}");
     assert_eq!(robot.core.stats().late_ticks, 1);
