@@ -6,7 +6,7 @@ use std::ffi::CString;
 
 use inbye::local::CpuEngine;
 use inbye::map::{Scan, ScanChange};
-use inbye::navigator::{Goal, Navigator, Observation, Waypoints};
+use inbye::navigator::{Goal, MapSource, Navigator, Observation, Waypoints};
 use inbye::runtime::Config;
 
 use crate::error::{array, boxed, free, guarded, object, object_mut, place};
@@ -274,8 +274,7 @@ pub unsafe extern "C" fn inbye_navigator_set_map(
         let (this, map) = unsafe { (object_mut(navigator, "navigator")?, object(map, "map")?) };
         let known = map.navigation_map(this.config.unknown);
         let map = this.config.prepare_map(known).map_err(|error| error.to_string())?;
-        this.navigator.replace_map(map);
-        this.navigator.require_path_on_map();
+        this.navigator.replace_map(map, MapSource::Given);
         Ok(())
     }));
     is_set.is_some()

@@ -1,6 +1,6 @@
 //! The navigator, for a robot that a Python program drives.
 
-use inbye::navigator::{Controller, Observation, Waypoints};
+use inbye::navigator::{Controller, MapSource, Observation, Waypoints};
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 
@@ -164,8 +164,8 @@ impl Navigator {
         let map = map.get();
         let replaced = self.state.with(py, |state| {
             let known = map.navigation_map(state.config.unknown);
-            state.navigator.replace_map(state.config.prepare_map(known)?);
-            state.navigator.require_path_on_map();
+            let map = state.config.prepare_map(known)?;
+            state.navigator.replace_map(map, MapSource::Given);
             Ok::<(), inbye::navigator::Fault>(())
         })?;
         replaced.map_err(raise)

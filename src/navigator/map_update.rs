@@ -35,21 +35,23 @@ impl PreparedMap {
     }
 }
 
+/// Where a new map comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapSource {
+    /// A user or another program. The mission ends if there is no path on the map, even without obstacles that only the lidar saw. That
+    /// takes the replanning period and twice the planning budget.
+    Given,
+    /// The robot's own scans. What they show may go away again: without a path the robot tries for minutes.
+    Scans,
+}
+
 impl Navigator {
     /// Replaces the map, in the same frame, without a stop. The next decision avoids its obstacles, and a plan on it is requested
-    /// at once. Obstacles that the lidar saw remain where the map does not show them. For a map that another program
-    /// made, call [`Self::require_path_on_map`] too.
-    pub fn replace_map(&mut self, map: PreparedMap) {
+    /// at once. Obstacles that the lidar saw remain where the map does not show them.
+    pub fn replace_map(&mut self, map: PreparedMap, source: MapSource) {
         self.obstacles.replace_map(map.local);
         self.standing_room = map.standing_room;
         self.zones = map.zones;
-        self.replanner.replace_map(map.planner);
-    }
-
-    /// Ends the mission if there is no path on the map that just replaced the one before, even without obstacles that only the lidar
-    /// saw. That takes the replanning period and twice the planning budget. Without this call the robot tries for minutes: a map that
-    /// its own scans changed shows what may go away again.
-    pub const fn require_path_on_map(&mut self) {
-        self.replanner.require_path_on_map();
+        self.replanner.replace_map(map.planner, source);
     }
 }

@@ -58,7 +58,7 @@ pub use decision::{Decision, Fault, Mode};
 pub use global_planner::GlobalPlanner;
 #[cfg(feature = "sim")]
 pub(crate) use global_planner::{END_TOLERANCE_M, check_cells, check_ends};
-pub use map_update::PreparedMap;
+pub use map_update::{MapSource, PreparedMap};
 pub use navigation_map::NavigationMap;
 pub use navigator::{Navigator, PlannedGoals};
 pub use observation::{Observation, ObservationFault};

@@ -7,7 +7,7 @@ use super::condition_timer::ConditionTimer;
 use super::no_path::NoPath;
 use super::oncoming::{LONGEST_DETOUR_M, NO_ROOM_S, PathKind, ground_of_oncoming};
 use super::state::State;
-use super::{Fault, GlobalPlanner, Mode, ObstacleModel};
+use super::{Fault, GlobalPlanner, MapSource, Mode, ObstacleModel};
 use crate::geometry::{Point, Pose};
 use crate::global::{Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
@@ -69,8 +69,7 @@ pub(super) struct Replanner {
     least_radius_m: f64,
     /// The plans to later goals are of the map before.
     is_map_replaced: bool,
-    /// The map is not of the robot's own scans: what it shows does not go away while the robot waits.
-    is_map_given: bool,
+    map_source: MapSource,
     /// The plan that is due because of the map: [`Reason::NewMap`] or [`Reason::MapAlone`].
     due_on_map: Option<Reason>,
     /// Why there is no path, whatever goes away.
@@ -102,7 +101,7 @@ impl Replanner {
             next_shortcut_s: f64::NEG_INFINITY,
             last: None,
             is_map_replaced: false,
-            is_map_given: false,
+            map_source: MapSource::Scans,
             due_on_map: None,
             without_path: None,
             is_blocked: false,
@@ -143,17 +142,12 @@ impl Replanner {
     }
 
     /// Plans on another map from now on, first of all at once.
-    pub fn replace_map(&mut self, planner: AsyncPlanner<Reason>) {
+    pub fn replace_map(&mut self, planner: AsyncPlanner<Reason>, source: MapSource) {
         self.planner = planner;
-        (self.is_map_replaced, self.is_map_given) = (true, false);
+        (self.is_map_replaced, self.map_source) = (true, source);
         self.due_on_map = Some(Reason::NewMap);
         self.next_s = f64::NEG_INFINITY;
         self.forget_failures();
-    }
-
-    /// The map that replaced the one before was given: without a path on it the mission ends.
-    pub const fn require_path_on_map(&mut self) {
-        self.is_map_given = true;
     }
 
     fn forget_failures(&mut self) {
@@ -215,7 +209,8 @@ impl Replanner {
                     self.without_path = Some(error);
                     return None;
                 }
-                if is_blocked && self.is_map_given && reason == Reason::NewMap {
+                let is_given = self.map_source == MapSource::Given;
+                if is_blocked && is_given && reason == Reason::NewMap {
                     self.due_on_map = Some(Reason::MapAlone);
                 }
                 // An obstacle too near to the robot says nothing about the path.
@@ -249,7 +244,7 @@ impl Replanner {
         if self.planner.is_busy() || now.time_s < self.next_s {
             return;
         }
-        let Some(reason) = self.reason(state, obstacles) else {
+        let Some((reason, discs)) = self.reason(state, obstacles) else {
             return;
         };
         let period_s = match reason {
@@ -260,12 +255,6 @@ impl Replanner {
         self.last = Some(reason);
         self.next_s = now.time_s + period_s;
         self.next_shortcut_s = now.time_s + SHORTCUT_PERIODS * period_s;
-        // Moving obstacles block a path only after the robot has waited for them without success.
-        let discs = match reason {
-            Reason::HeldUp => now.moving.clone(),
-            Reason::Oncoming => ground_of_oncoming(state, self.least_radius_m),
-            _ => Vec::new(),
-        };
         let transient = obstacles.recent_marks(now.time_s - settings.detour_patience_s);
         // Beside a person who comes, the robot also passes where it has little room.
         let avoided = if reason == Reason::Oncoming { &[][..] } else { &now.near_turn[..] };
@@ -283,25 +272,38 @@ impl Replanner {
         self.planner.request(request, reason, due_s);
     }
 
-    fn reason(&self, state: &State<'_>, obstacles: &ObstacleModel) -> Option<Reason> {
+    /// Why to plan now, and what else the path keeps clear of.
+    fn reason(
+        &self,
+        state: &State<'_>,
+        obstacles: &ObstacleModel,
+    ) -> Option<(Reason, Vec<MovingDisc>)> {
+        let now = state.now;
+        let among_static = |reason| Some((reason, Vec::new()));
         // An escaping robot leaves its path on purpose. The place from which it will continue is not known yet.
         let escapes = state.mode == Mode::Escaping;
-        let comes = || !ground_of_oncoming(state, self.least_radius_m).is_empty();
         if !escapes && has_strayed(state) {
-            Some(Reason::Strayed)
-        } else if self.due_on_map.is_some() {
-            self.due_on_map
-        } else if !escapes && state.now.time_s >= self.next_aside_s && comes() {
-            Some(Reason::Oncoming)
-        } else if self.is_blocked {
-            Some(Reason::Blocked)
-        } else if escapes || state.stuck_s > STUCK_PATIENCES * state.stuck_patience_s() {
-            Some(Reason::HeldUp)
-        } else {
-            let may_be_shorter =
-                state.now.time_s >= self.next_shortcut_s && obstacles.marks().next().is_some();
-            may_be_shorter.then_some(Reason::Shortcut)
+            return among_static(Reason::Strayed);
         }
+        if let Some(due) = self.due_on_map {
+            return among_static(due);
+        }
+        if !escapes && now.time_s >= self.next_aside_s {
+            let ground = ground_of_oncoming(state, self.least_radius_m);
+            if !ground.is_empty() {
+                return Some((Reason::Oncoming, ground));
+            }
+        }
+        if self.is_blocked {
+            return among_static(Reason::Blocked);
+        }
+        // Moving obstacles block a path only after the robot has waited for them without success.
+        if escapes || state.stuck_s > STUCK_PATIENCES * state.stuck_patience_s() {
+            return Some((Reason::HeldUp, now.moving.clone()));
+        }
+        let may_be_shorter =
+            now.time_s >= self.next_shortcut_s && obstacles.marks().next().is_some();
+        may_be_shorter.then_some((Reason::Shortcut, Vec::new()))
     }
 
     /// Whether the path leads through narrow passages somewhere.
@@ -492,7 +494,7 @@ mod tests {
         fail(&mut replanner, 40.0);
         assert!(!has_given_up(&replanner), "another goal");
         let mut replanner = after(7, 4.0);
-        replanner.replace_map(after(0, 0.0).planner);
+        replanner.replace_map(after(0, 0.0).planner, MapSource::Given);
         fail(&mut replanner, 40.0);
         assert!(!has_given_up(&replanner), "another map");
     }

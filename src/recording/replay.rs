@@ -17,7 +17,7 @@ use crate::external::ProgramSettings;
 use crate::geometry::Pose;
 use crate::local::Engine;
 use crate::map::OccupancyGrid;
-use crate::navigator::{Controller, Decision, Goal, NavigationMap, Navigator};
+use crate::navigator::{Controller, Decision, Goal, MapSource, NavigationMap, Navigator};
 use crate::runtime::{
     EarlyEnd, GroundTruth, Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace,
     TraceRow,
@@ -161,7 +161,7 @@ pub fn replay<R: Read + Seek>(
             let zones = zones.clone();
             let known = NavigationMap { obstacles: map.obstacles(config.unknown), zones };
             gap = ObstacleGap::new(known.obstacles.clone());
-            navigator.replace_map(config.prepare_map(known)?);
+            navigator.replace_map(config.prepare_map(known)?, MapSource::Scans);
         }
         first_difference = repeat(&mut navigator, &tick);
         if first_difference.is_none() {

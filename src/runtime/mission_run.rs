@@ -19,7 +19,7 @@ use crate::base::ProtectiveAction;
 use crate::geometry::{Pose, Twist};
 use crate::local::{CpuEngine, Engine};
 use crate::map::{OccupancyGrid, ScanChange};
-use crate::navigator::{Fault, Mode, NavigationMap, Navigator, Observation, Waypoints};
+use crate::navigator::{Fault, MapSource, Mode, NavigationMap, Navigator, Observation, Waypoints};
 
 /// Longest time for which a robot that gave up brakes within the mission, seconds: from 2 m/s at 0.7 m/s^2.
 const BRAKING_S: f64 = 3.0;
@@ -329,7 +329,7 @@ impl<R: Robot> MissionRun<R> {
     }
 
     fn replace_map(&mut self, changed: ChangedMap, updated: OccupancyGrid) -> OccupancyGrid {
-        self.navigator.replace_map(changed.for_navigator);
+        self.navigator.replace_map(changed.for_navigator, MapSource::Scans);
         self.pose_estimator.adopt_changes(changed.for_localizer);
         if let Some(gap) = &mut self.map_gap {
             *gap = ObstacleGap::new(updated.obstacles(self.config.unknown));

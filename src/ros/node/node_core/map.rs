@@ -2,7 +2,7 @@
 
 use super::NodeCore;
 use crate::map::GridFrame;
-use crate::navigator::NavigationMap;
+use crate::navigator::{MapSource, NavigationMap};
 use crate::ros::convert;
 use crate::ros::msg::{self, Header, Time};
 use crate::ros::node::action::UNKNOWN;
@@ -126,10 +126,9 @@ impl NodeCore {
         self.map_update = map_update;
         match (taken, &mut self.navigator) {
             (Ok(Some(changed)), Some(navigator)) => {
-                navigator.replace_map(changed.for_navigator);
-                if self.map_update.is_given {
-                    navigator.require_path_on_map();
-                }
+                let is_given = self.map_update.is_given;
+                let source = if is_given { MapSource::Given } else { MapSource::Scans };
+                navigator.replace_map(changed.for_navigator, source);
                 // A newer map that is in preparation was given too.
                 self.map_update.is_given &= self.map_update.is_running();
                 if let (Some(own), Some(map)) = (&mut self.localization, changed.for_localizer) {

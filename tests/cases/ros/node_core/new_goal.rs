@@ -67,7 +67,9 @@ fn goal_that_comes_when_the_robot_arrives_at_the_last_one_is_reached_too() {
     let arrival = |ticks: usize| {
         let mut robot = Robot::with_map();
         send(&mut robot, first);
-        (0..ticks).for_each(|_| drop(robot.step()));
+        for _ in 0..ticks {
+            robot.step();
+        }
         robot
     };
     let mut robot = arrival(0);
