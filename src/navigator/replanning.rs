@@ -209,8 +209,7 @@ impl Replanner {
                     self.without_path = Some(error);
                     return None;
                 }
-                let is_given = self.map_source == MapSource::Given;
-                if is_blocked && is_given && reason == Reason::NewMap {
+                if is_blocked && reason == Reason::NewMap && self.map_source == MapSource::Given {
                     self.due_on_map = Some(Reason::MapAlone);
                 }
                 // An obstacle too near to the robot says nothing about the path.
