@@ -161,7 +161,9 @@ pub fn unusable(
     radius_m: Option<f64>,
 ) -> anyhow::Error {
     let place = match error {
-        PlanError::InvalidPlanner { .. } => return anyhow!("{reason}"),
+        PlanError::InvalidPlanner { .. } | PlanError::Interrupted { .. } => {
+            return anyhow!("{reason}");
+        }
         PlanError::StartOccupied { place, .. } | PlanError::GoalOccupied { place, .. } => {
             map.frame().cell_of(place)
         }

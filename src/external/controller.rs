@@ -78,7 +78,9 @@ impl ProcessController {
                 let reason = shown(&error, REASON_CHARACTERS);
                 Err(ControllerError::NoValidControl { reason })
             }
-            Err(NoAnswer::Failed(reason)) => Err(ControllerError::Failed { reason }),
+            Err(error @ (NoAnswer::Failed(_) | NoAnswer::Interrupted)) => {
+                Err(ControllerError::Failed { reason: self.program.reason(error) })
+            }
             Err(NoAnswer::Silent) => {
                 let waited = self.late.unwrap_or_default() + limit;
                 self.late = Some(waited);

@@ -3,7 +3,7 @@
 use super::protocol::{
     GridMessage, PROTOCOL, PathRequest, PlannedPath, Request, Robot, Role, Start,
 };
-use super::{Program, ProgramSettings, REASON_CHARACTERS, shown};
+use super::{NoAnswer, Program, ProgramSettings, REASON_CHARACTERS, shown};
 use crate::geometry::Point;
 use crate::global::{Path, Plan, PlanError};
 use crate::map::{MovingDisc, ObstacleGrid};
@@ -83,7 +83,10 @@ impl GlobalPlanner for ProcessPlanner {
         let request =
             Request::Plan(PathRequest { request: number, start, goal, radius_m, grid: &grid });
         let answer = self.program.ask(&request, self.program.timeout);
-        let planned = answer.map_err(|error| self.invalid(self.program.reason(error)))?;
+        let planned = answer.map_err(|error| match error {
+            NoAnswer::Interrupted => PlanError::Interrupted { name: self.program.name.clone() },
+            error => self.invalid(self.program.reason(error)),
+        })?;
         let took_s = clock() - began_s;
         match planned {
             PlannedPath::Path(path) => {

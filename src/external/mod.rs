@@ -63,6 +63,8 @@ pub(crate) const NO_ANSWER: &str = "no answer";
 pub(crate) enum NoAnswer {
     /// Nothing within the time limit.
     Silent,
+    /// The wait was interrupted.
+    Interrupted,
     /// It ended, or its answer is unusable.
     Failed(String),
 }
@@ -95,7 +97,7 @@ impl Program {
             Err(NoAnswer::Failed(reason)) if program.process.status().is_some() => {
                 return Err(format!("{reason} (in the working folder {})", working_folder()));
             }
-            Err(NoAnswer::Failed(reason)) => return Err(reason),
+            Err(error) => return Err(program.reason(error)),
         };
         if ready.protocol != PROTOCOL {
             return Err(format!(
@@ -182,7 +184,7 @@ impl Program {
         };
         line.map_err(|error| match error {
             LineError::Timeout => NoAnswer::Silent,
-            LineError::Interrupted => NoAnswer::Failed("was interrupted".to_owned()),
+            LineError::Interrupted => NoAnswer::Interrupted,
             LineError::TooLong => {
                 let limit_mib = line_process::MAX_LINE >> 20;
                 NoAnswer::Failed(format!("wrote a line that is longer than {limit_mib} MiB"))
@@ -200,6 +202,7 @@ impl Program {
     pub fn reason(&self, error: NoAnswer) -> String {
         match error {
             NoAnswer::Silent => format!("{NO_ANSWER} for {} s", self.timeout.as_secs_f64()),
+            NoAnswer::Interrupted => "was interrupted".to_owned(),
             NoAnswer::Failed(reason) => reason,
         }
     }

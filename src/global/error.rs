@@ -74,6 +74,12 @@ pub enum PlanError {
         /// The cause.
         reason: String,
     },
+    /// The wait for the user's own global planner was interrupted, because the program is to end.
+    #[error("INVALID_PLANNER: {name}: was interrupted")]
+    Interrupted {
+        /// Name of the planner.
+        name: String,
+    },
     /// A setting is out of range.
     #[error(transparent)]
     Setting(#[from] SettingError),
@@ -98,7 +104,7 @@ impl PlanError {
             Self::StartOccupied { .. } => "START_OCCUPIED",
             Self::GoalOccupied { .. } => "GOAL_OCCUPIED",
             Self::NoValidPath { .. } => "NO_VALID_PATH",
-            Self::InvalidPlanner { .. } => "INVALID_PLANNER",
+            Self::InvalidPlanner { .. } | Self::Interrupted { .. } => "INVALID_PLANNER",
             Self::Setting(_) => "BAD_SETTING",
         }
     }

@@ -36,6 +36,7 @@ mod predicted_state;
 mod progress;
 mod recent_people;
 mod replanning;
+mod retries;
 mod route;
 mod route_planner;
 mod scan_health;

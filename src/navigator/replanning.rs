@@ -6,6 +6,7 @@ use super::async_planner::{AsyncPlanner, PlanRequest};
 use super::condition_timer::ConditionTimer;
 use super::no_path::NoPath;
 use super::oncoming::{LONGEST_DETOUR_M, NO_ROOM_S, PathKind, ground_of_oncoming};
+use super::retries::Retries;
 use super::state::State;
 use super::{Fault, GlobalPlanner, MapSource, Mode, ObstacleModel};
 use crate::geometry::{Point, Pose};
@@ -31,10 +32,6 @@ const STUCK_PATIENCES: f64 = 2.0;
 const HELD_UP_PERIODS: f64 = 6.0;
 /// Where no path remains, the obstacle model forgets marks that no scan hit for this long, seconds.
 const FORGET_AFTER_S: f64 = 5.0;
-/// The robot looks for a path again at most this many times after none remained, at places this far apart, metres, without having
-/// come nearer to its goal (Nav2: `number_of_retries`). Otherwise it could drive for ever between two blocked paths.
-const RETRIES: u32 = 6;
-const RETRY_APART_M: f64 = 3.0;
 /// Paths lead through no narrow passage as close as this to a moving obstacle, metres.
 const MOVING_REACH_M: f64 = 3.0;
 /// Replanning periods between two attempts to find a shortcut.
@@ -72,7 +69,7 @@ pub(super) struct Replanner {
     map_source: MapSource,
     /// The plan that is due because of the map: [`Reason::NewMap`] or [`Reason::MapAlone`].
     due_on_map: Option<Reason>,
-    /// Why there is no path, whatever goes away.
+    /// Why there is no path, whatever goes away, or that the planner of the user's own has failed.
     without_path: Option<PlanError>,
     is_blocked: bool,
     pub path_kind: PathKind,
@@ -159,7 +156,7 @@ impl Replanner {
     /// When it is time to give up: the map has no path, or none remained at too many places, one after the other.
     pub fn check_paths(&self) -> Result<(), Fault> {
         let no_path = || match &self.no_path {
-            Some(NoPath::Static(error)) if self.retries.count > RETRIES => Some(error),
+            Some(NoPath::Static(error)) if self.retries.are_used_up() => Some(error),
             _ => None,
         };
         let reason = self.without_path.as_ref().or_else(no_path);
@@ -179,6 +176,10 @@ impl Replanner {
                 self.planner.due(now_s, state.settings.wait_for_plans || replayed.is_some())
             }
         }?;
+        if matches!(answer, Err(PlanError::Interrupted { .. })) {
+            // The mission is to end. A replay waits for no program that was interrupted.
+            return None;
+        }
         self.received += 1;
         self.no_path = None;
         let is_oncoming = reason == Reason::Oncoming;
@@ -205,7 +206,8 @@ impl Replanner {
                     error,
                     PlanError::StartOutsideMap { .. } | PlanError::GoalOutsideMap { .. }
                 );
-                if is_outside || is_blocked && reason == Reason::MapAlone {
+                let has_failed = matches!(error, PlanError::InvalidPlanner { .. });
+                if is_outside || has_failed || is_blocked && reason == Reason::MapAlone {
                     self.without_path = Some(error);
                     return None;
                 }
@@ -352,32 +354,6 @@ impl Replanner {
 /// Whether a body at a pose touches an obstacle of the local window.
 fn touches(state: &State<'_>, body: &Footprint, pose: &Pose) -> bool {
     state.field.clearance_m(body, pose).is_some_and(|clearance_m| clearance_m < 0.0)
-}
-
-/// Counts the places at which no path remained, since the robot was nearest to its goal.
-#[derive(Clone, Debug, Default)]
-struct Retries {
-    /// Least length left on any path so far, metres.
-    least_left_m: Option<f64>,
-    count: u32,
-    place: Option<Point>,
-}
-
-impl Retries {
-    /// Begins again once the robot has come nearer to its goal, along the path, by this much, metres.
-    fn advance(&mut self, left_m: f64, radius_m: f64) {
-        if self.least_left_m.is_none_or(|least_m| left_m <= least_m - radius_m) {
-            *self = Self { least_left_m: Some(left_m), ..Self::default() };
-        }
-    }
-
-    /// Counts a place. A robot that waits at one place has tried once.
-    fn add(&mut self, robot: &Point) {
-        if self.place.is_none_or(|place| (robot - place).norm() > RETRY_APART_M) {
-            self.count += 1;
-            self.place = Some(*robot);
-        }
-    }
 }
 
 /// The places that a moving obstacle may reach while the robot is in a narrow passage, in which passive safety would hold it.

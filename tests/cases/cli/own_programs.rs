@@ -219,7 +219,10 @@ fn recording_of_a_controller_replays_without_its_program() {
 fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
     let place = Workplace::with_room();
     let path = |points: &str| format!(r#"echo '{{"path": [{points}]}}'"#);
-    script(&place, "plans.sh", &path("[1, 1.5], [3, 2.5], [5, 1.5]"));
+    let first = path("[1, 1.5], [3, 2.5], [5, 1.5]");
+    let none = r#"echo '{"error": "no other path"}'"#;
+    let each = format!("if [ $asked ]; then {none}; else asked=1; {first}; fi");
+    script(&place, "plans.sh", &each);
     let words = DRIVE.split(' ').chain(["--verbose", "--global-planner", "sh plans.sh"]);
     let run = place.run_words(&words.collect::<Vec<_>>());
     // The path through (3, 2.5) has 4.47 m, the straight one 4 m.
@@ -238,6 +241,47 @@ fn global_planner_gives_the_path_and_wrong_paths_are_rejected() {
         let message = text(&object["error"], "message");
         assert!(status == 2 && message.contains(expected), "{points}: {message}");
     }
+}
+
+/// A person stands on the first path, so that the program is asked again.
+#[test]
+fn global_planner_that_fails_during_the_drive_ends_it() {
+    let place = Workplace::with_room();
+    place.write("person.json", r#"[{"radius": 0.3, "keyframes": [[0, 3, 1.5], [1, 3, 1.5]]}]"#);
+    let path = r#"echo '{"path": [[1, 1.5], [5, 1.5]]}'"#;
+    for (then, expected) in [
+        ("echo expired >&2; exit 1", "the program ended (exit status 1): expired"),
+        ("echo nonsense", "`nonsense` is no answer"),
+        (r#"echo '{"path": [[1, 1.5], [9, 1.5]]}'"#, "the path ends 4.00 m from the goal"),
+        ("sleep 100", "no answer for 0.5 s"),
+    ] {
+        script(&place, "fails.sh", &format!("if [ $asked ]; then {then}; fi; asked=1; {path}"));
+        let more = "--global-planner 'sh fails.sh' --obstacles person.json";
+        let (status, object) =
+            driven(&place, &format!("{more} --set global_planner.timeout_s=0.5"));
+        let fault = text(&object, "fault");
+        assert!(status == 1 && fault.starts_with("INVALID_PLANNER: a script: "), "{then}: {fault}");
+        assert!(fault.contains(expected), "{then}: {fault}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn drive_that_is_interrupted_while_a_global_planner_plans_replays_with_the_same_bits() {
+    let place = Workplace::with_room();
+    place.write("person.json", r#"[{"radius": 0.3, "keyframes": [[0, 3, 1.5], [1, 3, 1.5]]}]"#);
+    let path = r#"echo '{"path": [[1, 1.5], [5, 1.5]]}'"#;
+    let each = format!("if [ $asked ]; then touch waits; sleep 100; fi; asked=1; {path}");
+    script(&place, "plans.sh", &each);
+    place.write("own.toml", "global_planner.command = [\"sh\", \"plans.sh\"]\n");
+    let drive = format!("{DRIVE} --config own.toml --obstacles person.json --record drive.mcap");
+    let (status, stdout, stderr) = place.interrupted(&drive, "waits");
+    assert_eq!(status, 1, "{stdout}{stderr}");
+    assert!(stdout.contains("the drive was interrupted"), "{stdout}{stderr}");
+    let words = ["replay", "drive.mcap", "--engine", "cpu", "--json"];
+    let given = [&words[..], &["--global-planner", "sh plans.sh"]].concat();
+    let (status, object) = object(&place.run_words(&given));
+    assert_eq!((status, &object["agree"]), (0, &json!(true)), "{object}");
 }
 
 /// A recording may be of another person.
