@@ -129,7 +129,10 @@ pub fn wilson_interval(successes: usize, trials: usize) -> [f64; 2] {
     let share = (successes as f64 / n).min(1.0);
     let center = (share + z * z / (2.0 * n)) / (1.0 + z * z / n);
     let half = z / (1.0 + z * z / n) * (share * (1.0 - share) / n + z * z / (4.0 * n * n)).sqrt();
-    [(center - half).max(0.0), (center + half).min(1.0)]
+    // Rounding leaves a little beyond the ends.
+    let low = if successes == 0 { 0.0 } else { (center - half).max(0.0) };
+    let high = if successes >= trials { 1.0 } else { (center + half).min(1.0) };
+    [low, high]
 }
 
 /// Rates of common control loops, Hz.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use inbye::bench::text_table;
-use inbye::experiment::{Cell, RankedPlanner, RunRow, WorldKind, planner_names, rankings};
+use inbye::experiment::{Cell, Grid, RankedPlanner, RunRow, WorldKind, planner_names, rankings};
 use inbye::report::{ComparisonReport, comparison_files};
 use inbye::suggest::counted;
 use serde_json::json;
@@ -47,10 +47,14 @@ pub fn run(arguments: &CompareArguments) -> anyhow::Result<bool> {
     let grid = sweep::read(&arguments.plan)?.with_times();
     let folder = ReportFolder::create(arguments.report.as_deref())?;
     let (rows, recorded) = arguments.run.run(&grid, |_| {})?;
-    let ranked = rankings(&rows);
+    let missing = planners_without_runs(&grid, &rows);
+    let ranked = if missing.is_empty() { rankings(&rows) } else { Vec::new() };
     let lines = ranked
         .chunk_by(|one, next| one.kind == next.kind)
         .flat_map(|ranking| ranking_text(ranking, ranking.len() < ranked.len()));
+    let no_ranking = (!missing.is_empty())
+        .then(|| format!("no ranking: no run yet of {}", Vec::from_iter(missing).join(", ")));
+    let lines = lines.chain(no_ranking);
     output::result(&json!({ "ranked": ranked, "rows": rows }), lines)?;
     let plays = match &arguments.report {
         Some(report) => play(&grid.distinct(), &rows, arguments.play, report)?,
@@ -70,6 +74,17 @@ pub fn run(arguments: &CompareArguments) -> anyhow::Result<bool> {
     });
     all_written([recorded, reported])?;
     Ok(true)
+}
+
+/// The planners of a grid that have no run yet, because the comparison was interrupted. A ranking without them would be wrong.
+fn planners_without_runs(grid: &Grid, rows: &[RunRow]) -> BTreeSet<String> {
+    let driven: BTreeSet<&str> = rows.iter().map(|row| &*row.key).collect();
+    let planned: Vec<RunRow> = grid.cells.iter().map(|cell| cell.row.clone()).collect();
+    let mut with_runs = BTreeMap::new();
+    for (row, name) in planned.iter().zip(planner_names(&planned)) {
+        *with_runs.entry(name).or_insert(false) |= driven.contains(&*row.key);
+    }
+    with_runs.into_iter().filter(|(_, has_runs)| !has_runs).map(|(name, _)| name).collect()
 }
 
 /// The ranking of the planners in worlds of one kind, with the name of the kind if there are several.
@@ -153,9 +168,23 @@ fn file_name(row: &RunRow, planner: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use inbye::experiment::WorldKind;
+    use inbye::experiment::{Plan, WorldKind};
+    use inbye::runtime::parse_toml;
 
     use super::*;
+
+    #[test]
+    fn planners_that_have_no_run_yet_are_named() {
+        let plan = "seeds = [1, 2]\n[configs.one]\n[configs.two]\nlocal.sim_time_s = 2.0\n";
+        let plan = parse_toml(plan, &Plan::default(), Plan::check).expect("a plan");
+        let grid = Grid::new(&plan, Path::new("")).expect("a grid");
+        let rows: Vec<RunRow> = grid.distinct().iter().map(|cell| cell.row.clone()).collect();
+        assert_eq!(planners_without_runs(&grid, &rows), BTreeSet::new());
+        let of_one: Vec<RunRow> =
+            rows.iter().filter(|row| row.config.as_deref() == Some("one")).cloned().collect();
+        assert_eq!(2 * of_one.len(), rows.len());
+        assert_eq!(planners_without_runs(&grid, &of_one[..1]), ["two".to_owned()].into());
+    }
 
     fn planner(kind: WorldKind) -> RankedPlanner {
         RankedPlanner { kind, rank: 1, planner: "mine".to_owned(), ..RankedPlanner::default() }

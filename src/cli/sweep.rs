@@ -36,7 +36,7 @@ const FOLDER: &str = "inbye-sweep";
     share it: no cell is run twice. Where machines share no folder, run a --shard on each, and merge the folders.\n\
     Cells of worlds with `latency = true` run one at a time after the others, and no other cell on the same machine runs at \
     that time.\n\
-    JSON fields: `cells`, `found`, `driven`, `errors`, `faults`, `left` [{`key`, `reason`}], `out`; with --list `cells`, a list, in which \
+    JSON fields: `cells`, `found`, `driven`, `errors`, `faults`, `left` [{`key`, `reason`}], `interrupted`, `out`; with --list `cells`, a list, in which \
     `also` has the further names of a cell.\n\
     Exit status 1: cells are left, because this machine does not have their engine, or a GPU failed during their run. The same \
     command drives them again."
@@ -123,6 +123,7 @@ pub fn run(arguments: &SweepArguments) -> anyhow::Result<bool> {
     let (count, driven) = (cells.len(), rows.len());
     let errors = rows.iter().filter(|row| row.outcome == RunOutcome::Error).count();
     let faults = faults(rows);
+    let is_interrupted = machine::is_interrupted();
     let mut lines = vec![format!(
         "{}: {driven} driven, {found} found; {errors} did not start; in {}",
         counted(count, "cell"),
@@ -132,12 +133,15 @@ pub fn run(arguments: &SweepArguments) -> anyhow::Result<bool> {
     if let Some(reason) = done.iter().find_map(|(_, done)| done.no_engine()) {
         lines.push(format!("{} left: {reason}", counted(left.len(), "cell")));
     }
-    if machine::is_interrupted() {
-        lines.push("interrupted: the same command resumes".to_owned());
+    if is_interrupted {
+        let open = count - driven - found - left.len();
+        lines
+            .push(format!("interrupted, {} open: the same command resumes", counted(open, "cell")));
     }
-    let is_done = left.is_empty() && !machine::is_interrupted();
+    let is_done = left.is_empty() && !is_interrupted;
     let object = json!({
         "cells": count, "found": found, "driven": driven, "errors": errors, "faults": faults, "left": left,
+        "interrupted": is_interrupted,
         "out": out.to_string_lossy(),
     });
     output::result(&object, lines)?;

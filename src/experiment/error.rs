@@ -67,7 +67,7 @@ pub enum ExperimentError {
         text: String,
     },
     /// A key that no cell has.
-    #[error("no cell of this plan has the key {key}: list the cells of the plan")]
+    #[error("no cell of this plan has the key {key} of --cell: --list prints the keys")]
     NoCell {
         /// The key.
         key: String,

@@ -61,7 +61,7 @@ columns! {
         /// robot did not drive.
         pub omega_sign_changes_per_m: Option<f64> => 3,
         /// Ideal time, seconds, the same for every planner: BARN's path at 2 m/s, elsewhere the first global path of the world's
-        /// own robot, before any change of settings, at its highest speed.
+        /// own robot, before any change of settings, at its highest speed. None where the run did not start.
         pub ideal_time_s: Option<f64> => 2,
         /// Success weighted by completion time (Yokoyama, Ha and Batra 2021): ideal over actual time, at most 1; 0 without success.
         pub time_weighted_success: Option<f64> => 3,

@@ -65,6 +65,12 @@ impl RunRow {
         self.path_weighted_success = Some(weighted_success(reached, path_m, result.travelled_m));
     }
 
+    /// The row of a run that did not start.
+    pub(super) fn without_success(self) -> Self {
+        let none = Some(0.0);
+        Self { time_weighted_success: none, path_weighted_success: none, ..self }
+    }
+
     /// Fills in the response of the base as the drive identified it.
     fn fill_identified(&mut self, motion: &MotionEstimate) {
         let Some(delay_s) = motion.delay_s else {

@@ -46,7 +46,7 @@ impl World {
         let refused = |mut row: RunRow, fault: String, simulation| {
             row.fault = Some(fault_name(&fault));
             row.reason = Some(fault);
-            Run { row, simulation, result: None }
+            Run { row: row.without_success(), simulation, result: None }
         };
         let mut generated = match self.simulation(seed, config) {
             Err(ExperimentError::Simulation(SimError::Mission(MissionError::Fault(fault))))
@@ -143,7 +143,9 @@ pub fn run_cell(
             check_gpu(&run)?;
             run.row
         }
-        Err(error) => RunRow { reason: Some(error.to_string()), ..cell.row.clone() },
+        Err(error) => {
+            RunRow { reason: Some(error.to_string()), ..cell.row.clone().without_success() }
+        }
     };
     let mut row = row.named(&cell.row);
     if !is_timed {

@@ -163,8 +163,7 @@ impl Program {
             };
             NoAnswer::Failed(format!("{shown} is no answer: {why}"))
         };
-        let answer =
-            serde_json::from_str(&line).map_err(|error| no_answer(why_no_answer(&error, &line)))?;
+        let answer = parsed(&line).map_err(no_answer)?;
         let number = serde_json::from_str(&line).ok().and_then(|it: AnsweredNumber| it.tick);
         match (number, self.asked) {
             (Some(number), Some(asked)) if number != asked => Err(no_answer(format!(
@@ -228,18 +227,28 @@ fn end_text(status: Option<ExitStatus>) -> String {
     }
 }
 
-/// Why a line is no answer, for the author of a program.
-fn why_no_answer(error: &serde_json::Error, line: &str) -> String {
-    if !error.is_data() && !line.trim_start().starts_with('{') {
-        return "an answer is a JSON object; print everything else to the standard error output"
-            .to_owned();
+/// The answer in a line, or why it is none, for the author of a program.
+fn parsed<T: DeserializeOwned>(line: &str) -> Result<T, String> {
+    // The parser would take a list for the fields of an object, in their order.
+    if line.trim_start().starts_with('{') {
+        serde_json::from_str(line).map_err(|error| why_no_answer(&error, line))
+    } else {
+        Err("an answer is a JSON object; print everything else to the standard error output"
+            .to_owned())
     }
+}
+
+fn why_no_answer(error: &serde_json::Error, line: &str) -> String {
     let column = error.column();
-    // The parser stops at the first letter; a sign is before it.
-    let rest = line.get(column.saturating_sub(1)..).unwrap_or_default();
-    if let Some(word) = NOT_FINITE.into_iter().find(|word| rest.starts_with(word)) {
+    // The parser stops at the first letter, or after the first one of `nan`, which may be a `null`; a sign is before it.
+    let word_from = |from: usize| {
+        let rest = line.get(from.checked_sub(1)?..)?;
+        let word = NOT_FINITE.into_iter().find(|word| rest.starts_with(word))?;
+        Some((word, from))
+    };
+    if let Some((word, from)) = word_from(column).or_else(|| word_from(column - 1)) {
         return format!(
-            "{word} in column {column} is not JSON: a velocity, like every number, must be finite"
+            "{word} in column {from} is not JSON: a velocity, like every number, must be finite"
         );
     }
     let text = error.to_string();
@@ -298,10 +307,9 @@ mod tests {
 
     #[test]
     fn wrong_answers_are_explained_without_rust_types() {
-        let why = |line: &str| match serde_json::from_str::<protocol::Velocity>(line) {
-            Ok(_) => String::new(),
-            Err(error) => why_no_answer(&error, line),
-        };
+        let why = |line: &str| parsed::<protocol::Velocity>(line).err().unwrap_or_default();
+        let no_object =
+            "an answer is a JSON object; print everything else to the standard error output";
         for (line, expected) in [
             (
                 r#"{"linear": NaN, "angular": 0}"#,
@@ -316,15 +324,14 @@ mod tests {
                 r#"invalid type: string "fast", expected a number (column 17)"#,
             ),
             (
-                "Loading model...",
-                "an answer is a JSON object; print everything else to the standard error output",
+                r#"{"linear":nan,"angular":0}"#,
+                "nan in column 11 is not JSON: a velocity, like every number, must be finite",
             ),
-            ("", "an answer is a JSON object; print everything else to the standard error output"),
+            ("Loading model...", no_object),
+            ("", no_object),
+            ("3", no_object),
+            ("[null, 0.3, 0.0, null]", no_object),
             (r#"{"linear": 1e999, "angular": 0}"#, "number out of range (column 16)"),
-            (
-                "3",
-                "invalid type: integer `3`, expected an object with `linear` and `angular`, or `error` (column 1)",
-            ),
         ] {
             assert_eq!(why(line), expected);
         }

@@ -3,9 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::Mode;
+use crate::geometry::Twist;
 
 /// Smaller shares of the time are left out.
 const NAMED_SHARE: f64 = 0.05;
+/// A command stands if it is at most this fast, m/s and rad/s. Commands that mostly stand are named.
+const STANDING: f64 = 0.01;
+const MOSTLY: f64 = 0.5;
 
 /// Name of the protective action for a lidar that sees too little, and its cause, which the name does not tell.
 const BLIND_SCAN: &str = "blind_scan";
@@ -16,6 +20,8 @@ const BLIND_CAUSE: &str = "; too few beams have a return: the lidar is covered, 
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ModeTicks {
     by_mode: BTreeMap<&'static str, u32>,
+    /// Those with a command to stand.
+    standing: u32,
     /// Those in which the protective layer changed the command, by its action.
     by_protection: BTreeMap<&'static str, u32>,
 }
@@ -28,9 +34,11 @@ impl ModeTicks {
         }
     }
 
-    /// Counts a decision.
-    pub fn count(&mut self, mode: Mode) {
+    /// Counts a decision by its mode and command.
+    pub fn count(&mut self, mode: Mode, command: &Twist) {
         *self.by_mode.entry(mode.name()).or_default() += 1;
+        let stands = [command.linear, command.angular].iter().all(|part| part.abs() <= STANDING);
+        self.standing += u32::from(stands);
     }
 
     /// Counts a command that the protective layer changed, by the name of its action.
@@ -44,20 +52,26 @@ impl ModeTicks {
     pub fn is_blocked(&self) -> bool {
         let ticks = |mode: Mode| self.by_mode.get(mode.name()).copied().unwrap_or_default();
         let blocked = ticks(Mode::Blocked);
-        blocked > ticks(Mode::Driving) && self.share(Some(blocked + ticks(Mode::Escaping))) > 0.5
+        blocked > ticks(Mode::Driving) && self.share(Some(blocked + ticks(Mode::Escaping))) > MOSTLY
     }
 
     /// What the robot did, and what the protective layer did.
     pub fn text(&self) -> String {
-        let modes = self.shares(&self.by_mode);
+        let standing = self.share(Some(self.standing));
+        let stood = if standing > MOSTLY {
+            format!(", with a command to stand {:.0} % of it", 100.0 * standing)
+        } else {
+            String::new()
+        };
+        let modes = format!("{} of the time{stood}", self.shares(&self.by_mode));
         let actions = self.shares(&self.by_protection);
         if actions.is_empty() {
-            return format!("the robot was {modes} of the time");
+            return format!("the robot was {modes}");
         }
         let blind = self.share(self.by_protection.get(BLIND_SCAN).copied());
-        let cause = if blind > 0.5 { BLIND_CAUSE } else { "" };
+        let cause = if blind > MOSTLY { BLIND_CAUSE } else { "" };
         format!(
-            "the robot was {modes} of the time, and the protective layer changed its commands: {actions} of the time{cause}"
+            "the robot was {modes}, and the protective layer changed its commands: {actions} of the time{cause}"
         )
     }
 
@@ -85,7 +99,7 @@ mod tests {
     fn after(modes: &[(Mode, u32)]) -> ModeTicks {
         let mut ticks = ModeTicks::default();
         for (mode, count) in modes {
-            (0..*count).for_each(|_| ticks.count(*mode));
+            (0..*count).for_each(|_| ticks.count(*mode, &Twist::new(0.3, 0.0)));
         }
         ticks
     }
@@ -96,6 +110,16 @@ mod tests {
         assert!(!rotates.is_blocked());
         assert_eq!(rotates.text(), "the robot was rotating 75 %, blocked 22 % of the time");
         assert!(after(&[(Mode::Blocked, 9), (Mode::Escaping, 8)]).is_blocked());
+    }
+
+    #[test]
+    fn commands_to_stand_are_named_where_they_are_most() {
+        let mut ticks = after(&[(Mode::Driving, 1)]);
+        ticks.count(Mode::Driving, &Twist::STOP);
+        assert_eq!(ticks.text(), "the robot was driving 100 % of the time");
+        ticks.count(Mode::Driving, &Twist::new(0.005, -0.01));
+        let stood = "the robot was driving 100 % of the time, with a command to stand 67 % of it";
+        assert_eq!(ticks.text(), stood);
     }
 
     #[test]

@@ -414,7 +414,7 @@ impl Navigator {
         if decision.mode != Mode::Evading {
             decision.command = self.at_most(fastest, &decision.command, &now.twist);
         }
-        self.stuck_ticks.count(decision.mode);
+        self.stuck_ticks.count(decision.mode, &decision.command);
         decision.mode = self.mode_after(decision.mode, now, reverses);
         decision
     }

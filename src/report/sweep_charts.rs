@@ -71,7 +71,8 @@ pub(super) fn groups(title: &'static str, groups: &[Group]) -> Chart {
         + " timeouts failed mean_score mean_clearance_m";
     Chart {
         legend: series.legend(),
-        caption: "Times are means over the worlds and seeds in which all groups reached the goal."
+        caption: "Times are means over the worlds and seeds in which all groups reached the goal, \
+            without the groups that reached none."
             .to_owned(),
         table: Some(Table::of_columns(title, groups, &columns)),
         ..Chart::of_panels(title, series.axis(), vec![success, time], alt_text)

@@ -287,7 +287,7 @@ impl MissionResult {
     /// That the time was up, and what the robot did in it.
     fn time_was_up(&self) -> String {
         let mut ticks = ModeTicks::default();
-        self.trace.rows.iter().for_each(|row| ticks.count(row.mode));
+        self.trace.rows.iter().for_each(|row| ticks.count(row.mode, &row.command));
         let did =
             if self.trace.rows.is_empty() { String::new() } else { format!(": {}", ticks.text()) };
         format!("the time was up{did}")
