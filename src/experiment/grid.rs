@@ -6,8 +6,9 @@ use std::path::Path;
 use serde_json::json;
 
 use super::cell::key;
+use super::plan::require;
 use super::{Cell, ExperimentError, Plan, RunRow, World};
-use crate::local::Sampler;
+use crate::local::{LocalSettings, Sampler};
 use crate::runtime::{Config, TomlError};
 
 /// All cells of a plan, in its order: worlds, settings, weights, samplings, engines, seeds.
@@ -220,7 +221,10 @@ impl Grid {
 fn setups(plan: &Plan, base: &Config) -> Result<Vec<Setup>, ExperimentError> {
     let mut setups = vec![Setup::unnamed(base.clone())];
     setups = vary(setups, &plan.configs, |setup, (name, changes)| {
-        let changed = changes.applied(&format!("configs.{name}"), &setup.config)?;
+        let table = format!("configs.{name}");
+        let changed = changes.applied(&table, &setup.config)?;
+        check_overridden(plan, &setup.config.local, &changed.local)
+            .map_err(|error| error.in_table(&table))?;
         Ok(Setup::named(name, changed))
     })?;
     setups = vary(setups, &plan.weights, |mut setup, (name, weights)| {
@@ -232,6 +236,25 @@ fn setups(plan: &Plan, base: &Config) -> Result<Vec<Setup>, ExperimentError> {
         let setup = setup.with_sampling(sampling.vx_samples, sampling.vtheta_samples);
         checked(setup, format!("sampling {sampling}"))
     })
+}
+
+/// Rejects changes of settings that the plan's samplings or weights would set again.
+fn check_overridden(
+    plan: &Plan,
+    own: &LocalSettings,
+    changed: &LocalSettings,
+) -> Result<(), ExperimentError> {
+    let has_sampling = !plan.sampling.is_empty();
+    let expected = "left out: `sampling` of the plan sets the samples";
+    for (key, own, changed) in [
+        ("local.vx_samples", own.vx_samples, changed.vx_samples),
+        ("local.vtheta_samples", own.vtheta_samples, changed.vtheta_samples),
+    ] {
+        require(own == changed || !has_sampling, key, changed, expected)?;
+    }
+    let are_used = own.weights == changed.weights || plan.weights.is_empty();
+    let expected = "left out: `weights` of the plan sets the weights";
+    require(are_used, "local.weights", "given", expected)
 }
 
 /// Each setup with each variant; without variants the setups as they are.

@@ -38,6 +38,10 @@ fn unusable_plans_are_rejected() {
             "line 7, `local.vx_sample = 3`: ",
         ),
         (
+            format!("sampling = [\"8x32\"]\n{world}{route}[configs.a]\nlocal.vx_samples = 4\n"),
+            "configs.a.local.vx_samples is 4: it must be left out: `sampling` of the plan sets the samples",
+        ),
+        (
             format!("{world}routes = [{{ start = [10, 5, 0], goal = [800, 40] }}]\n"),
             "mine route 1: the goal (800.00, 40.00) of a route is outside the map: move it",
         ),
