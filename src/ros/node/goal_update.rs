@@ -41,7 +41,7 @@ impl GoalUpdate {
     pub fn take(&mut self) -> Option<GoalPlan> {
         let finished = self.running.take_if(|running| running.is_finished())?;
         Some(match finished.join() {
-            Ok(planned) if !self.is_outdated => GoalPlan::Newest(planned),
+            Ok(planned) if !self.is_outdated => GoalPlan::Newest(Box::new(planned)),
             _ => GoalPlan::Outdated,
         })
     }
@@ -50,7 +50,7 @@ impl GoalUpdate {
 /// What a thread has planned.
 pub enum GoalPlan {
     /// The path to the newest goal on the newest map, or why there is none.
-    Newest(Result<PlannedGoals, Fault>),
+    Newest(Box<Result<PlannedGoals, Fault>>),
     /// Plan again.
     Outdated,
 }

@@ -55,16 +55,19 @@ impl NodeCore {
         let Some(navigator) = &mut self.navigator else {
             return;
         };
-        match plan {
-            GoalPlan::Newest(Ok(goals)) => {
+        let GoalPlan::Newest(planned) = plan else {
+            self.plan_while_driving();
+            return;
+        };
+        match *planned {
+            Ok(goals) => {
                 navigator.follow_goals(goals);
                 self.announce();
             }
-            GoalPlan::Newest(Err(fault)) => {
+            Err(fault) => {
                 self.navigator = None;
                 self.abort_by(now_s, &fault);
             }
-            GoalPlan::Outdated => self.plan_while_driving(),
         }
     }
 
