@@ -246,14 +246,17 @@ fn why_no_answer(error: &serde_json::Error, line: &str) -> String {
         let word = NOT_FINITE.into_iter().find(|word| rest.starts_with(word))?;
         Some((word, from))
     };
-    if let Some((word, from)) = word_from(column).or_else(|| word_from(column - 1)) {
+    let before = || word_from(column.checked_sub(1)?);
+    if let Some((word, from)) = word_from(column).or_else(before) {
         return format!(
             "{word} in column {from} is not JSON: a velocity, like every number, must be finite"
         );
     }
     let text = error.to_string();
     let message = text.rsplit_once(" at line ").map_or(&*text, |(message, _)| message);
-    format!("{} (column {column})", without_rust_types(message))
+    // What is missing in the whole line has no column.
+    let place = if column == 0 { String::new() } else { format!(" (column {column})") };
+    format!("{}{place}", without_rust_types(message))
 }
 
 /// Numbers that are not finite, as programs in Python and JavaScript write them.
@@ -327,6 +330,7 @@ mod tests {
                 r#"{"linear":nan,"angular":0}"#,
                 "nan in column 11 is not JSON: a velocity, like every number, must be finite",
             ),
+            (r#"{"linear": 0.5}"#, "write either `linear` and `angular`, or `error`"),
             ("Loading model...", no_object),
             ("", no_object),
             ("3", no_object),

@@ -65,7 +65,8 @@ impl Navigator {
     /// Replaces the goals without a stop, also after the last goal or a fault: plans a path to each of them on the present map, and
     /// the next decision drives to the first. `waypoints.start` is where the robot is. What the scans showed is kept.
     ///
-    /// The call takes as long as the plans, and no decision is made meanwhile: on a large map use [`Self::follow_goals`]. Times the planner's stages by `clock`, in seconds.
+    /// The call takes as long as the plans, and no decision is made meanwhile: on a large map use [`Self::follow_goals`]. Times the
+    /// planner's stages by `clock`, in seconds.
     ///
     /// # Errors
     /// As [`Self::new`]. The goals so far then remain.
