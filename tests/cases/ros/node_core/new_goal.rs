@@ -38,7 +38,8 @@ fn newest_of_several_goals_counts_and_so_does_the_newest_map() {
     send(&mut robot, (11.0, 4.5));
     send(&mut robot, LATER);
     robot.receive(&IncomingMessage::Map(map(&grid(24))));
-    robot.until_planned(600, |robot| robot.has_notice("reached the goal"));
+    robot.until_planned(40, |robot| robot.has_notice("driving to (9.00, 4.50)"));
+    robot.until(600, |robot| robot.has_notice("reached the goal"));
     assert!(away_m(&robot, LATER) < 0.02, "{:?}", robot.pose);
     let driving: Vec<_> =
         robot.notices.iter().filter(|notice| notice.contains("driving to")).collect();
