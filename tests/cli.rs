@@ -24,6 +24,8 @@ mod cases {
         mod memory;
         mod movingai;
         #[cfg(unix)]
+        mod own_global_planners;
+        #[cfg(unix)]
         mod own_programs;
         mod paper;
         mod plan;

@@ -390,9 +390,9 @@ impl Config {
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<(), Fault> {
         let resolution_m = navigator.obstacle_model().closed().frame().resolution_m;
-        let mut planner = self.new_global_planner(resolution_m)?;
-        navigator.replace_goals(waypoints, &mut *planner, clock)?;
-        planner.finish().map_err(Fault::Plan)
+        self.with_global_planner(resolution_m, |planner| {
+            navigator.replace_goals(waypoints, planner, clock)
+        })
     }
 
     /// Plans paths to goals on a map, for [`Navigator::follow_goals`]. It takes time in proportion to the map's area.
@@ -406,11 +406,22 @@ impl Config {
         clock: &mut dyn FnMut() -> f64,
     ) -> Result<PlannedGoals, Fault> {
         let map = map.into();
-        let mut planner = self.new_global_planner(map.obstacles.frame().resolution_m)?;
         let model = (&self.robot.model(), &self.navigator);
-        let goals = PlannedGoals::new(map, waypoints, model, &mut *planner, clock)?;
+        self.with_global_planner(map.obstacles.frame().resolution_m, |planner| {
+            PlannedGoals::new(map, waypoints, model, planner, clock)
+        })
+    }
+
+    /// Plans with a global planner of its own, which ends afterwards.
+    fn with_global_planner<T>(
+        &self,
+        resolution_m: f64,
+        plan: impl FnOnce(&mut dyn GlobalPlanner) -> Result<T, Fault>,
+    ) -> Result<T, Fault> {
+        let mut planner = self.new_global_planner(resolution_m)?;
+        let planned = plan(&mut *planner)?;
         planner.finish().map_err(Fault::Plan)?;
-        Ok(goals)
+        Ok(planned)
     }
 
     /// Creates the global planner of the settings, on maps of a resolution in metres.
