@@ -1,7 +1,6 @@
 //! Changed maps for a robot that drives.
 
-use std::thread::{Builder, JoinHandle};
-
+use super::preparation::Preparation;
 use super::{Config, PoseSource};
 use crate::localization::{MapChanges, SignedDistanceField};
 use crate::map::GridFrame;
@@ -78,11 +77,9 @@ impl ChangedMap {
 }
 
 /// The preparation of the newest map on its own thread, while the robot drives.
-#[derive(Debug, Default)]
+#[derive(Default)]
 pub(crate) struct MapUpdate {
-    running: Option<JoinHandle<Result<ChangedMap, Fault>>>,
-    /// A newer map arrived since the start of the thread.
-    is_outdated: bool,
+    preparation: Preparation<Result<ChangedMap, Fault>>,
     /// The map is not only changed by the robot's own scans.
     #[cfg(feature = "ros")]
     pub is_given: bool,
@@ -91,20 +88,15 @@ pub(crate) struct MapUpdate {
 impl MapUpdate {
     /// The map has changed. Returns false if no thread starts.
     pub fn start(&mut self, map: &NavigationMap, config: &Config) -> bool {
-        if self.is_running() {
-            self.is_outdated = true;
-            return true;
-        }
-        let (map, config) = (map.clone(), config.clone());
-        let prepare = move || ChangedMap::new(map, &config);
-        self.running = Builder::new().name("inbye-map".to_owned()).spawn(prepare).ok();
-        self.is_outdated = false;
-        self.is_running()
+        self.preparation.start("inbye-map", || {
+            let (map, config) = (map.clone(), config.clone());
+            move || ChangedMap::new(map, &config)
+        })
     }
 
     /// Whether a map is in preparation.
     pub const fn is_running(&self) -> bool {
-        self.running.is_some()
+        self.preparation.is_running()
     }
 
     /// The prepared map, once. With the error the robot must stop and start again on the newest map.
@@ -113,11 +105,11 @@ impl MapUpdate {
         newest: impl FnOnce() -> Option<NavigationMap>,
         config: &Config,
     ) -> Result<Option<ChangedMap>, ()> {
-        let Some(finished) = self.running.take_if(|running| running.is_finished()) else {
+        let Some((prepared, is_outdated)) = self.preparation.take() else {
             return Ok(None);
         };
-        let prepared = finished.join().ok().and_then(Result::ok).ok_or(())?;
-        if self.is_outdated && !newest().is_some_and(|map| self.start(&map, config)) {
+        let prepared = prepared.and_then(Result::ok).ok_or(())?;
+        if is_outdated && !newest().is_some_and(|map| self.start(&map, config)) {
             return Err(());
         }
         Ok(Some(prepared))

@@ -12,6 +12,7 @@ mod mission_run;
 mod obstacle_gap;
 pub(crate) mod plant_settings;
 mod pose_estimator;
+mod preparation;
 mod robot_interface;
 pub(crate) mod simulation_settings;
 mod start_pose;
@@ -34,6 +35,8 @@ pub use mission_end::MissionEnd;
 pub use mission_run::MissionRun;
 pub use obstacle_gap::ObstacleGap;
 pub use plant_settings::{PlantKind, PlantRanges};
+#[cfg(feature = "ros")]
+pub(crate) use preparation::Preparation;
 pub use robot_interface::{GroundTruth, OdometryReading, Robot, SensorData};
 pub use simulation_settings::SimulationSettings;
 #[cfg(feature = "experiment")]

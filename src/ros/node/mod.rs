@@ -14,7 +14,6 @@ pub mod dds;
 mod diagnostics;
 mod engine;
 mod frames;
-mod goal_update;
 mod incoming;
 mod latest_inputs;
 mod lifecycle;

@@ -16,7 +16,6 @@ use super::action::{ActionUpdate, ActiveGoal};
 use super::conflicts::Conflicts;
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
-use super::goal_update::GoalUpdate;
 use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
 use super::latest_inputs::LatestInputs;
 use super::lifecycle::LifecycleState;
@@ -27,10 +26,10 @@ use super::zones::ZoneInputs;
 use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
-use crate::navigator::{Decision, Goal, Navigator, Observation};
+use crate::navigator::{Decision, Fault, Goal, Navigator, Observation, PlannedGoals};
 use crate::robot::TickClock;
 use crate::ros::msg;
-use crate::runtime::{Config, ContradictedMap, MapUpdate, PoseSource};
+use crate::runtime::{Config, ContradictedMap, MapUpdate, PoseSource, Preparation};
 use crate::settings::SettingError;
 
 /// Time for which the robot stands after the return of the transport and of all inputs, seconds: a base that discovers the node
@@ -116,7 +115,8 @@ pub struct NodeCore {
     accepted_s: f64,
     navigator: Option<Navigator>,
     map_update: MapUpdate,
-    goal_update: GoalUpdate,
+    /// The paths to the newest goal, while the robot drives to the one before.
+    goal_update: Preparation<Result<PlannedGoals, Fault>>,
     protection: Protection,
     published_plans: usize,
     ended_s: Option<f64>,
@@ -186,7 +186,7 @@ impl NodeCore {
             accepted_s: f64::NEG_INFINITY,
             navigator: None,
             map_update: MapUpdate::default(),
-            goal_update: GoalUpdate::default(),
+            goal_update: Preparation::default(),
             published_plans: 0,
             ended_s: None,
             without_scan_since_s: None,

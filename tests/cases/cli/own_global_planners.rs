@@ -64,7 +64,6 @@ fn global_planner_that_fails_during_the_drive_ends_it() {
     }
 }
 
-#[cfg(unix)]
 #[test]
 fn drive_that_is_interrupted_while_a_global_planner_plans_replays_with_the_same_bits() {
     let place = with_person();

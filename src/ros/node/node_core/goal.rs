@@ -5,9 +5,8 @@ use crate::geometry::Pose;
 use crate::navigator::{Fault, Goal, Mode, Navigator, Waypoints};
 use crate::ros::msg::ActionEnd;
 use crate::ros::node::action::UNKNOWN;
-use crate::ros::node::goal_update::{GoalPlan, GoalUpdate};
 use crate::ros::node::notices::MessageError;
-use crate::runtime::MapUpdate;
+use crate::runtime::{MapUpdate, Preparation};
 
 impl NodeCore {
     /// Sets the goal in a frame, in place of the one before.
@@ -40,7 +39,9 @@ impl NodeCore {
     fn plan_while_driving(&mut self) {
         let planned = self.navigation_map().zip(self.waypoints(&self.pose));
         let is_started = planned.is_some_and(|(map, waypoints)| {
-            self.goal_update.start(map, waypoints, &self.settings.config)
+            let config = self.settings.config.clone();
+            let plan = move || config.plan_goals(map, &waypoints, &mut || 0.0);
+            self.goal_update.start("inbye-goal", || plan)
         });
         if !is_started {
             self.navigator = None;
@@ -49,25 +50,22 @@ impl NodeCore {
 
     /// Lets the robot drive to the newest goal, once the path is planned.
     pub(super) fn update_goal(&mut self, now_s: f64) {
-        let Some(plan) = self.goal_update.take() else {
+        let Some((planned, is_outdated)) = self.goal_update.take() else {
             return;
         };
         let Some(navigator) = &mut self.navigator else {
             return;
         };
-        let GoalPlan::Newest(planned) = plan else {
-            self.plan_while_driving();
-            return;
-        };
-        match *planned {
-            Ok(goals) => {
+        match planned.filter(|_| !is_outdated) {
+            Some(Ok(goals)) => {
                 navigator.follow_goals(goals);
                 self.announce();
             }
-            Err(fault) => {
+            Some(Err(fault)) => {
                 self.navigator = None;
                 self.abort_by(now_s, &fault);
             }
+            None => self.plan_while_driving(),
         }
     }
 
@@ -98,7 +96,7 @@ impl NodeCore {
     pub(super) fn start(&mut self, navigator: Navigator) {
         // The navigator has the newest map and goal.
         self.map_update = MapUpdate::default();
-        self.goal_update = GoalUpdate::default();
+        self.goal_update = Preparation::default();
         self.navigator = Some(navigator);
         self.published_plans = 0;
         self.announce();
