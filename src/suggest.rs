@@ -45,7 +45,11 @@ pub fn counted(count: usize, noun: &str) -> String {
 
 /// Rust type names in messages of serde, and their replacements.
 #[cfg(feature = "sim")]
-const TYPES: [(&str, &str); 7] = [
+const TYPES: [(&str, &str); 10] = [
+    // A number beyond 64 bits.
+    (" as i128", ""),
+    (" as u128", ""),
+    ("expected an array of length 3", "expected a list of 3 numbers"),
     ("expected u8", "expected a whole number, 0 to 255"),
     ("expected u32", "expected a whole number, at least 0"),
     ("expected u64", "expected a whole number, at least 0"),

@@ -5,7 +5,7 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use clap::Args;
 use inbye::recording::{Difference, FieldValue, Reader, RecordingError, replay};
 use inbye::report::{MissionView, PlaybackRecorder};
@@ -54,9 +54,12 @@ pub struct ReplayArguments {
 /// Repeats the decisions of a recording. Returns false if a bit differs, or the CPU decided in place of a GPU.
 pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
     let name = || format!("{}", arguments.file.display());
-    let file = File::open(&arguments.file).map_err(|error| {
+    let opened = File::open(&arguments.file);
+    let file = opened.map_err(|error| {
         refused(format!("{}: cannot be read", name()), error, "name a recording")
     })?;
+    let is_folder = file.metadata().with_context(name)?.is_dir();
+    ensure!(!is_folder, "{}: is a folder: name a recording in it", name());
     let mut recording = Reader::open(BufReader::new(file)).with_context(name)?;
     let engine = arguments.engine.open_to_replay(&recording.metadata().config)?;
     let recorded_engine = recording.metadata().engine.clone();

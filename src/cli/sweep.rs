@@ -54,7 +54,7 @@ pub struct SweepArguments {
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Only part I of N of the cells; the parts' sizes differ by at most one.
-    #[arg(long, value_name = "I/N", value_parser = shard)]
+    #[arg(long, value_name = "I/N", allow_hyphen_values = true, value_parser = shard)]
     pub shard: Option<Shard>,
     /// Cells at a time [default: all cores].
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>(1, 1024))]
@@ -152,6 +152,12 @@ pub fn run(arguments: &SweepArguments) -> anyhow::Result<bool> {
 pub fn read(file: &Path) -> anyhow::Result<Grid> {
     let place = || file.display().to_string();
     let text = read_text(file).with_context(place)?;
+    // All keys have defaults, but a file without a character is no plan: a copy was cut off, say.
+    ensure!(
+        !text.trim().is_empty(),
+        "{}: the file is empty: `inbye sweep --print-plan` prints a plan with all keys",
+        place()
+    );
     let plan = parse_toml(&text, &Plan::default(), Plan::check).with_context(place)?;
     let folder = file.parent().unwrap_or(Path::new(""));
     Grid::new(&plan, folder).map_err(|error| TomlError::in_text(&error, &text)).with_context(place)

@@ -99,7 +99,7 @@ impl Program {
             }
             Err(error) => return Err(program.reason(error)),
         };
-        if ready.protocol != PROTOCOL {
+        if ready.protocol != u64::from(PROTOCOL) {
             return Err(format!(
                 "speaks protocol {}, this inbye speaks {PROTOCOL}: change the program",
                 ready.protocol
@@ -339,6 +339,29 @@ mod tests {
         ] {
             assert_eq!(why(line), expected);
         }
+    }
+
+    #[test]
+    fn numbers_of_messages_may_have_a_fraction_of_zero() {
+        let is_answer = |number: &str| {
+            let line = format!(r#"{{"tick": {number}, "linear": 0.5, "angular": 0}}"#);
+            parsed::<protocol::Velocity>(&line).is_ok()
+        };
+        for (number, expected) in [
+            ("3", true),
+            ("3.0", true),
+            ("null", true),
+            ("3.5", false),
+            ("-1", false),
+            ("1e300", false),
+        ] {
+            assert_eq!(is_answer(number), expected, "{number}");
+        }
+        let ready = |version: &str| {
+            parsed::<Ready>(&format!(r#"{{"protocol": {version}}}"#)).map(|ready| ready.protocol)
+        };
+        assert_eq!((ready("1"), ready("1.0")), (Ok(1), Ok(1)));
+        assert!(ready("null").is_err());
     }
 
     #[test]

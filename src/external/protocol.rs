@@ -1,6 +1,7 @@
 //! The messages between inbye and a program: one JSON object per line, answered by one line.
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::geometry::{Point, Pose, Twist};
 use crate::local::ClearanceField;
@@ -42,9 +43,35 @@ impl Request<'_> {
 /// The number of the message that an answer is for, where the answer repeats it.
 #[derive(Deserialize)]
 pub(crate) struct AnsweredNumber {
-    #[serde(alias = "request", alias = "step")]
+    #[serde(alias = "request", alias = "step", default, deserialize_with = "number")]
     pub tick: Option<u64>,
 }
+
+/// Reads a whole number, or none. In some languages every number has a fraction: 3.0 is the whole number 3, as in JSON Schema.
+fn number<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u64>, D::Error> {
+    let number: Option<serde_json::Number> = Option::deserialize(deserializer)?;
+    let whole = |number: serde_json::Number| {
+        let from_fraction = |value: f64| {
+            let is_whole = value.fract() == 0.0 && (0.0..=MAX_EXACT).contains(&value);
+            is_whole.then_some(value as u64)
+        };
+        let whole = number.as_u64().or_else(|| number.as_f64().and_then(from_fraction));
+        whole.ok_or_else(|| {
+            D::Error::custom(format!(
+                "invalid value: {number}, expected a whole number, at least 0"
+            ))
+        })
+    };
+    number.map(whole).transpose()
+}
+
+fn version<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+    number(deserializer)?
+        .ok_or_else(|| D::Error::custom("invalid type: null, expected a whole number"))
+}
+
+/// Largest number up to which an `f64` has every whole number, 2^53.
+const MAX_EXACT: f64 = 9_007_199_254_740_992.0;
 
 /// What the program serves as.
 #[derive(Clone, Copy, Serialize)]
@@ -102,7 +129,8 @@ pub(crate) enum Want {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, expecting = "an object with `protocol`")]
 pub(crate) struct Ready {
-    pub protocol: u32,
+    #[serde(deserialize_with = "version")]
+    pub protocol: u64,
     pub name: Option<String>,
     #[serde(default)]
     pub wants: Vec<Want>,
@@ -155,7 +183,7 @@ pub(crate) enum Velocity {
 #[serde(deny_unknown_fields, expecting = "an object with `linear` and `angular`, or `error`")]
 struct VelocityFields {
     /// See [`AnsweredNumber`].
-    #[serde(rename = "tick")]
+    #[serde(rename = "tick", default, deserialize_with = "number")]
     _tick: Option<u64>,
     linear: Option<f64>,
     angular: Option<f64>,
@@ -199,7 +227,7 @@ pub(crate) enum PlannedPath {
 #[serde(deny_unknown_fields, expecting = "an object with `path`, or `error`")]
 struct PathFields {
     /// See [`AnsweredNumber`].
-    #[serde(rename = "request")]
+    #[serde(rename = "request", default, deserialize_with = "number")]
     _request: Option<u64>,
     path: Option<Vec<Vec<f64>>>,
     error: Option<serde_json::Value>,
@@ -268,7 +296,7 @@ pub(crate) struct Step {
 #[serde(deny_unknown_fields, expecting = "an object with `odometry`, `scan` and `truth`")]
 pub(crate) struct SimulatedState {
     /// See [`AnsweredNumber`].
-    #[serde(rename = "step")]
+    #[serde(rename = "step", default, deserialize_with = "number")]
     _step: Option<u64>,
     pub odometry: SimulatedMotion,
     pub scan: SimulatedScan,

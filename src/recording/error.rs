@@ -29,7 +29,7 @@ pub enum RecordingError {
     },
     /// The recording has the format of another version.
     #[error(
-        "the recording has format {found}; this inbye reads format {FORMAT}: replay it with inbye {writer}, which wrote it"
+        "the recording has format {found}; this inbye reads format {FORMAT}: replay it with the build of inbye ({writer}) that wrote it"
     )]
     OtherFormat {
         /// Format of the recording.

@@ -180,6 +180,8 @@ pub struct MissionResult {
     pub protective_actions: BTreeMap<&'static str, u64>,
     /// Action of the protective layer in the last tick.
     pub last_action: ProtectiveAction,
+    /// Why the controller of a caller gave no velocity in the end, if it did not.
+    pub no_control: Option<String>,
     /// GPU failures; none for an engine without a CPU fallback.
     pub incidents: Option<Incidents>,
     /// Deadline statistics; none without a deadline.
@@ -226,6 +228,7 @@ impl MissionResult {
             observation_faults: navigator.observation_faults().clone(),
             protective_actions: BTreeMap::new(),
             last_action: ProtectiveAction::Pass,
+            no_control: navigator.why_without_control(),
             incidents: navigator.planner().incidents(),
             deadline_stats: navigator.deadline_stats(),
             motion: *navigator.motion(),
@@ -284,13 +287,16 @@ impl MissionResult {
         Some(format!("{why}; {mode} at ({x:.2}, {y:.2}, {yaw:.2})"))
     }
 
-    /// That the time was up, and what the robot did in it.
+    /// That the time was up, what the robot and the protective layer did in it, and what the controller lacked in the end.
     fn time_was_up(&self) -> String {
         let mut ticks = ModeTicks::default();
         self.trace.rows.iter().for_each(|row| ticks.count(row.mode, &row.command));
-        let did =
-            if self.trace.rows.is_empty() { String::new() } else { format!(": {}", ticks.text()) };
-        format!("the time was up{did}")
+        for (action, count) in &self.protective_actions {
+            (0..*count).for_each(|_| ticks.count_protection(action));
+        }
+        let did = (!self.trace.rows.is_empty()).then(|| format!(": {}", ticks.text()));
+        let lacked = self.no_control.as_ref().map(|reason| format!("; {reason}"));
+        format!("the time was up{}{}", did.unwrap_or_default(), lacked.unwrap_or_default())
     }
 }
 

@@ -97,6 +97,11 @@ impl Navigator {
         fault
     }
 
+    /// Why the controller of a caller gave no velocity lately, if it did not.
+    pub(crate) fn why_without_control(&self) -> Option<String> {
+        self.controller.as_ref().and_then(ControllerHost::why_blocked)
+    }
+
     /// The fault of a robot that made no progress for this long, seconds.
     pub(super) fn why_stuck(&self, stuck_s: f64, state: &State<'_>) -> Fault {
         // A robot that strayed may be far from the end of its path.
@@ -137,8 +142,7 @@ impl Navigator {
             first.into_iter().chain(causes).collect::<Vec<_>>().join("; ")
         };
         if self.stuck_ticks.is_blocked() {
-            let controller = self.controller.as_ref();
-            let reason = why(controller.and_then(ControllerHost::why_blocked));
+            let reason = why(self.why_without_control());
             let reason = (!reason.is_empty()).then_some(reason);
             return Fault::NoControl { stuck_s, left_m, reason };
         }

@@ -166,6 +166,7 @@ fn error_is_json_too() {
             "choose a place outside the zone, or change the mask",
         ),
         ("replay gone.mcap".to_owned(), "gone.mcap", "name a recording"),
+        ("replay .".to_owned(), ".", "name a recording in it"),
         (
             "drive --scene mine --record no/x.mcap".to_owned(),
             "--record no/x.mcap",

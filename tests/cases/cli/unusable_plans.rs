@@ -18,6 +18,18 @@ fn unusable_plans_are_rejected() {
             "line 1, `engines = [\"cpu\", \"cpu\"]`: engines has cpu more than once: name each value once",
         ),
         (
+            "\n".to_owned(),
+            "the file is empty: `inbye sweep --print-plan` prints a plan with all keys",
+        ),
+        (
+            "seeds = [99999999999999999999]\n".to_owned(),
+            "invalid type: integer `99999999999999999999`, expected a whole number, at least 0",
+        ),
+        (
+            format!("{world}routes = [{{ start = [10, 5], goal = [80, 40] }}]\n"),
+            "invalid length 2, expected a list of 3 numbers",
+        ),
+        (
             world.to_owned(),
             "line 1, `[[worlds]]`: worlds.0.routes is missing or empty: it must be a list of at least one route",
         ),
