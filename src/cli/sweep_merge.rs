@@ -50,8 +50,9 @@ pub fn run(arguments: &MergeArguments) -> anyhow::Result<bool> {
     let groups = groups(&rows);
     let report = ReportFolder::create(Some(folder))?;
     let sweep_table = table(folder, "sweep", &rows);
-    let latency_table =
-        if latencies.is_empty() { Ok(()) } else { table(folder, "latency", &latencies) };
+    // The rows of an earlier merge do not stay beside those of this one.
+    let has_latency = !latencies.is_empty() || folder.join("latency.csv").exists();
+    let latency_table = if has_latency { table(folder, "latency", &latencies) } else { Ok(()) };
     let reported = report.write(|| {
         bench_files(&BenchReport {
             title: &manifest.title,

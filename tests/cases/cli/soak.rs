@@ -58,8 +58,12 @@ fn soak_resumes_from_its_folder() {
     let merge = place.run("sweep merge cells --report merged --json");
     let merged: Value = serde_json::from_str(&merge.stdout).expect("one JSON object");
     assert_eq!((merge.status, &merged["cells"]), (0, &Value::from(4)), "{merged}");
-    // Own tables are replaced, other files are not.
+    // Own tables are replaced, also the times of an earlier merge with latency cells. Other files are not.
+    let latency = place.path("merged/latency.csv");
+    fs::copy(place.path("merged/sweep.csv"), &latency).expect("a copy");
     assert_eq!(place.run("sweep merge cells --report merged").status, 0);
+    let times = fs::read_to_string(latency).expect("a table");
+    assert_eq!(times.lines().count(), 1, "{times}");
     let tables = if cfg!(feature = "parquet") { &["csv", "parquet"][..] } else { &["csv"] };
     for extension in tables {
         let (folder, name) = (format!("taken-{extension}"), format!("sweep.{extension}"));
