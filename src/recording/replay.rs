@@ -17,7 +17,9 @@ use crate::external::ProgramSettings;
 use crate::geometry::Pose;
 use crate::local::Engine;
 use crate::map::OccupancyGrid;
-use crate::navigator::{Controller, Decision, Goal, MapSource, NavigationMap, Navigator};
+use crate::navigator::{
+    Controller, Decision, Goal, MapSource, NavigationMap, Navigator, Observation,
+};
 use crate::runtime::{
     EarlyEnd, GroundTruth, Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace,
     TraceRow,
@@ -166,7 +168,8 @@ pub fn replay<R: Read + Seek>(
         first_difference = repeat(&mut navigator, &tick);
         if first_difference.is_none() {
             start = start.or(Some(tick.observation.pose));
-            let gap_m = gap.gap_m(footprint, &tick.observation.pose);
+            let Observation { pose, lost, .. } = &tick.observation;
+            let gap_m = lost.map_or_else(|| gap.gap_m(footprint, pose), |_| f64::INFINITY);
             let (row, flow) = show(&tick, updated_map.as_ref(), gap_m, &navigator, on_tick);
             if flow.is_break() {
                 return Err(RecordingError::Interrupted { ticks });

@@ -152,7 +152,7 @@ pub struct MissionResult {
     pub late_ticks: u64,
     /// Distance travelled, metres.
     pub travelled_m: f64,
-    /// Smallest gap to anything solid, metres.
+    /// Smallest gap to anything solid, metres; infinite without one, as of a robot that stayed lost.
     pub min_clearance_m: f64,
     /// How the robot kept the zones, if there are any.
     pub zones: Option<ZoneCompliance>,

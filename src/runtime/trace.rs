@@ -28,7 +28,8 @@ pub struct TraceRow {
     pub command: Twist,
     /// The local target.
     pub local_target: Point,
-    /// Smallest gap between the footprint and anything solid, metres; contact at or below zero.
+    /// Smallest gap between the footprint and anything solid, metres; contact at or below zero. Infinite where a robot without a true
+    /// pose is lost.
     pub gap_m: f64,
     /// Number of admissible samples of the dynamic window.
     pub admissible: u32,
