@@ -8,10 +8,11 @@ use super::{BodySpace, ClearanceCosts, STRAIGHT};
 use crate::geometry::Point;
 use crate::map::{Cell, GridFrame};
 
-/// Moves ahead at each heading, cells. The headings are those of the moves; each quarter turn repeats the first eight.
-const AHEAD: [(i32, i32); 32] = {
-    let mut moves = [(0, 0); 32];
-    let first = [(1, 0), (4, 1), (2, 1), (4, 3), (1, 1), (3, 4), (1, 2), (1, 4)];
+/// Moves ahead at each heading, cells. The headings are those of the moves; each quarter turn repeats the first ten. Most walls lie along
+/// the axes, and a body that turns away from the wall beside it has room for a few degrees only.
+const AHEAD: [(i32, i32); 40] = {
+    let mut moves = [(0, 0); 40];
+    let first = [(1, 0), (8, 1), (4, 1), (2, 1), (4, 3), (1, 1), (3, 4), (1, 2), (1, 4), (1, 8)];
     let mut heading = 0;
     while heading < moves.len() {
         moves[heading] = if heading < first.len() {

@@ -29,6 +29,8 @@ pub struct BodySpace<'a> {
     pub whole: &'a FreeSpace,
     /// The cells in which it keeps it at the cell's centre.
     pub narrow: &'a FreeSpace,
+    /// Cells among which are all those in which it keeps it at some place.
+    pub partial: &'a FreeSpace,
     /// The cells in which the body may have any heading.
     pub wide: &'a FreeSpace,
 }
@@ -49,7 +51,7 @@ impl BodySpace<'_> {
             let center = pose.transform(center);
             frame.cell_of(&center).is_some_and(|cell| {
                 self.whole.is_free(cell)
-                    || self.narrow.is_free(cell) && self.narrow.is_clear(&center, self.radius_m)
+                    || self.partial.is_free(cell) && self.partial.is_clear(&center, self.radius_m)
             })
         })
     }

@@ -8,8 +8,8 @@ use super::{BodySpace, ClearanceCosts, Path, STRAIGHT};
 use crate::geometry::Point;
 use crate::map::Cell;
 
-/// In open ground the body takes only each fourth move ahead: to the eight neighbours. These reach all cells that the longer moves do.
-const NEIGHBOUR_HEADINGS: usize = 4;
+/// In open ground the body takes only each fifth move ahead: to the eight neighbours. These reach all cells that the longer moves do.
+const NEIGHBOUR_HEADINGS: usize = 5;
 
 /// A search by A*. A cell in which the body may have any heading is one state, so the memory and time for open ground are those of a
 /// search without headings.

@@ -1,5 +1,7 @@
 //! Passages in which a robot fits along its path, and cannot turn on the spot.
 
+use core::f64::consts::SQRT_2;
+
 use super::NavigatorSettings;
 use super::obstacle_model::NARROW_FIELD_CELL_M;
 use crate::geometry::Point;
@@ -42,12 +44,13 @@ impl NarrowPassages {
             .then_some(Self { discs, radius_m, least_radius_m })
     }
 
-    /// The cells in which a disc keeps its distance from obstacles wherever it is, and those in which it keeps it at the centre. It
-    /// keeps the usual distance from what may not stay.
-    pub fn spaces(&self, obstacles: &ObstacleGrid, transient: &[MovingDisc]) -> [FreeSpace; 2] {
-        // The centre of a cell is half a cell farther from an obstacle than its sides.
-        let at_center_m = self.radius_m - 0.5 * obstacles.frame().resolution_m;
-        let mut spaces = FreeSpace::for_radii(obstacles, [self.radius_m, at_center_m]);
+    /// The cells in which a disc keeps its distance from obstacles wherever it is, those in which it keeps it at the centre, and those
+    /// in which it may keep it at some place. It keeps the usual distance from what may not stay.
+    pub fn spaces(&self, obstacles: &ObstacleGrid, transient: &[MovingDisc]) -> [FreeSpace; 3] {
+        // The centre of a cell is half a cell farther from an obstacle than its sides, and a corner at most a diagonal farther.
+        let cell_m = obstacles.frame().resolution_m;
+        let radii_m = [0.0, 0.5, SQRT_2].map(|cells| self.radius_m - cells * cell_m);
+        let mut spaces = FreeSpace::for_radii(obstacles, radii_m);
         if !transient.is_empty() {
             let frame = *obstacles.frame();
             let mut passing = ObstacleGrid::filled(frame, false);

@@ -54,16 +54,18 @@ struct Terrain {
 /// The body in narrow passages, and where it fits.
 struct NarrowTerrain {
     passages: NarrowPassages,
-    /// Cells in which a disc of the body keeps its distance wherever it is, and at the centre.
+    /// Cells in which a disc of the body keeps its distance wherever it is, at the centre, and at some place.
     whole: FreeSpace,
     space: FreeSpace,
+    partial: FreeSpace,
     costs: ClearanceCosts,
 }
 
 impl NarrowTerrain {
     fn body<'a>(&'a self, wide: &'a FreeSpace) -> BodySpace<'a> {
         let (discs, radius_m) = (&self.passages.discs[..], self.passages.radius_m);
-        BodySpace { discs, radius_m, whole: &self.whole, narrow: &self.space, wide }
+        let NarrowTerrain { whole, space: narrow, partial, .. } = self;
+        BodySpace { discs, radius_m, whole, narrow, partial, wide }
     }
 }
 
@@ -153,10 +155,10 @@ impl RoutePlanner {
     fn narrow_terrain(&self, task: &Task<'_>) -> Option<NarrowTerrain> {
         let passages = self.narrow.clone()?;
         let obstacles = &task.terrain.obstacles;
-        let [whole, space] = passages.spaces(obstacles, task.transient);
+        let [whole, space, partial] = passages.spaces(obstacles, task.transient);
         // Through the middle of a passage, and not round its corner.
         let costs = ClearanceCosts::new(obstacles, self.comfortable_radius_m, NARROW_WEIGHT);
-        Some(NarrowTerrain { passages, whole, space, costs })
+        Some(NarrowTerrain { passages, whole, space, partial, costs })
     }
 
     fn plan_on(&mut self, task: &mut Task<'_>) -> Result<Plan, PlanError> {

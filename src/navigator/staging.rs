@@ -130,11 +130,11 @@ impl StagingSearch<'_> {
             frame.resolution_m,
             least_radius_m,
         )?;
-        let [whole, narrow] = passages.spaces(closed, &[]);
+        let [whole, narrow, partial] = &passages.spaces(closed, &[]);
         let turned: Vec<Point> = passages.discs.iter().map(|at| Point::new(-at.x, -at.y)).collect();
         let radius_m = passages.radius_m;
         let tail_first =
-            BodySpace { discs: &turned, radius_m, whole: &whole, narrow: &narrow, wide: &wide };
+            BodySpace { discs: &turned, radius_m, whole, narrow, partial, wide: &wide };
         let from = frame.cell_of(&goal.position).filter(|&cell| narrow.is_free(cell))?;
         let mut tried: Vec<Point> = Vec::new();
         let mut is_seen = vec![false; frame.len()];

@@ -1,6 +1,7 @@
 //! Paths through passages in which the robot fits along its path, and cannot turn on the spot.
 
 use core::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI, TAU};
+use std::ops::Range;
 use std::sync::Arc;
 
 use inbye::geometry::{Point, Pose, bearing, wrap_angle};
@@ -16,11 +17,19 @@ use rand_pcg::Pcg64Mcg;
 
 /// A room of 12 by 6 m with a wall at x = 6, which has a door around y = 3. The grid may be turned.
 pub(super) fn room(door_m: f64, yaw: f64) -> ObstacleGrid {
+    let rows = cells_of(door_m);
+    room_with_door(60 - rows / 2..60 - rows / 2 + rows, yaw)
+}
+
+fn cells_of(length_m: f64) -> i32 {
+    (length_m / 0.05).round() as i32
+}
+
+/// As [`room`], with a door in these rows.
+fn room_with_door(door: Range<i32>, yaw: f64) -> ObstacleGrid {
     let frame =
         GridFrame { width: 240, height: 120, resolution_m: 0.05, origin: Pose::new(0.0, 0.0, yaw) };
     let mut obstacles = ObstacleGrid::filled(frame, false);
-    let rows = (door_m / 0.05).round() as i32;
-    let door = 60 - rows / 2..60 - rows / 2 + rows;
     for row in (0..120).filter(|row| !door.contains(row)) {
         (118..122).for_each(|column| obstacles.set(Cell::new(column, row), true));
     }
@@ -98,6 +107,23 @@ fn body_passes_a_door_that_its_circle_does_not() {
         assert!(plan.radius_m < usual.least_radius_m() && plan.smoothed.length_m() < 9.5);
     }
     assert!(matches!(plan(&room(0.7, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
+}
+
+/// The robot has to turn along the wall before the door, where its ends have little room.
+#[test]
+fn body_passes_a_door_beside_a_wall() {
+    let safety_m = NavigatorSettings::default().safety_margin_m;
+    for (door_m, from_wall) in [(0.75, 0), (0.75, 1), (0.8, 0), (0.9, 0)] {
+        let first = 1 + from_wall;
+        let obstacles = room_with_door(first..first + cells_of(door_m), 0.0);
+        let what = format!("{door_m} m, {from_wall} cells from the wall");
+        let plan = plan(&obstacles, &[]).unwrap_or_else(|error| panic!("{what}: {error}"));
+        let gap_m = least_gap_m(&obstacles, plan.smoothed.points());
+        assert!(gap_m >= safety_m && plan.smoothed.length_m() < 10.0, "{what}: {gap_m} m");
+        let result = drive(&obstacles, Pose::new(2.0, 4.5, 0.0), Point::new(10.0, 1.5));
+        assert_swift(&result, 0.04, &what);
+    }
+    assert!(matches!(plan(&room_with_door(1..15, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
 }
 
 /// The circle around the body is free at each of these places, and some are too near to the walls for a path.
