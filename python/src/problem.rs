@@ -65,10 +65,15 @@ impl Problem {
         py: Python<'py>,
         index: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
-        let number = index.extract().ok().filter(|it: &u32| (*it as usize) < self.__len__());
-        let number = number.ok_or_else(|| {
-            raise(format!("index is {index}: the problem has {} samples", self.__len__()))
-        })?;
+        let count = self.__len__();
+        let expected = |place: String| {
+            raise(format!("index is {place}: it must be a whole number, 0 to {}", count - 1))
+        };
+        let number = index.extract().ok().filter(|it: &u32| (*it as usize) < count);
+        let number = match number {
+            Some(number) => number,
+            None => return Err(expected(index.repr()?.to_string())),
+        };
         super::conversion::points(py, &self.inner.path(number))
     }
 }

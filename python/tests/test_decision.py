@@ -272,7 +272,7 @@ def test_decision_respects_the_speed_limit_of_a_zone() -> None:
 
 
 def test_path_of_a_sample_that_does_not_exist_is_an_error() -> None:
-    with pytest.raises(inbye.InbyeError, match=r"^index is -1: the problem has 128 samples"):
+    with pytest.raises(inbye.InbyeError, match=r"^index is -1: it must be a whole number, 0 to 127$"):
         problem().path(-1)
-    with pytest.raises(inbye.InbyeError, match=r"^index is 128: the problem has 128 samples"):
+    with pytest.raises(inbye.InbyeError, match=r"^index is 128: it must be a whole number, 0 to 127$"):
         problem().path(128)

@@ -43,12 +43,7 @@ pub struct MapArguments {
 #[derive(Debug, Args)]
 pub struct EndArguments {
     /// Start, metres and radians. The default yaw is 0; a drawing of `plan` then shows the start along the path.
-    #[arg(
-        long,
-        value_name = "X,Y[,YAW]",
-        required_unless_present = "scene",
-        allow_hyphen_values = true
-    )]
+    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
     pub start: Option<Place>,
     /// Goal, metres, and optionally the final yaw, radians.
     #[arg(
@@ -73,7 +68,8 @@ impl EndArguments {
         for (flag, place) in [("--start", start), ("--goal", goal)] {
             place.iter().for_each(|place| place.warn_of_degrees(flag));
         }
-        start.zip(goal).context("--start and --goal are missing")
+        let goal = goal.context("--goal is missing")?;
+        Ok((start.context("--start is missing: name the robot's place, X,Y or X,Y,YAW")?, goal))
     }
 }
 

@@ -65,7 +65,8 @@ settings! {
         pub max_speed_m_s: f64 = 2.0, ["m/s", above 0 to 10];
         /// Side of a cell of a .map or text map of "map" and "missions".
         pub resolution_m: f64 = 1.0, ["m", above 0 to 1e9];
-        /// Routes of "map": tables of `start`, x, y and yaw, and `goal`, x, y and optionally yaw; metres and radians.
+        /// Routes of "map", such as [{ start = [1, 1, 0], goal = [5, 1] }]: `start` is x, y and yaw, and `goal` x, y and optionally yaw;
+        /// metres and radians.
         pub routes: Vec<PlanRoute> = Vec::new();
         /// Number of moving obstacles on each route of "map" and in the dynamic worlds of "mrpb", and their largest number in
         /// each of "missions".

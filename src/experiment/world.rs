@@ -73,7 +73,8 @@ pub(super) enum WorldSource {
     Localization { case: LocalizationCase, site: Arc<LocalizationSite> },
 }
 
-/// Time limit of a route for each metre of its path, seconds: a tenth of walking speed.
+/// Time limit of a route, seconds: a fixed part to turn and to park, and a part for each metre of its path, a tenth of walking speed.
+const ENDS_S: f64 = 30.0;
 const SLOWEST_S_PER_M: f64 = 10.0;
 
 /// A route on a map, among people.
@@ -317,7 +318,7 @@ impl Route {
             Some(_) => None,
             None => Some(first_path(&mission, config)?.length_m()),
         };
-        let by_path_s = path_m.map(|path_m| SLOWEST_S_PER_M * path_m);
+        let by_path_s = path_m.map(|path_m| ENDS_S + SLOWEST_S_PER_M * path_m);
         mission.time_limit_s = self.time_limit_s.or(by_path_s).unwrap_or_default();
         let truth = self.truth.as_ref().map(|truth| truth.obstacles(config.unknown));
         let simulation = Simulation { truth, moving_obstacles, seed, ..Simulation::new(mission) };

@@ -26,6 +26,7 @@ mod narrow_passages;
 mod navigation_map;
 #[expect(clippy::module_inception, reason = "the main type of this module has its name")]
 mod navigator;
+mod new_objects;
 mod no_path;
 mod observation;
 mod obstacle_model;

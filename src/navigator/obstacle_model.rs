@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::new_objects::places_of_new_objects;
 use super::passive_safety::obstacle_that_may_come;
 use super::scan_visibility::{is_in_view, measures_beyond};
 use super::tracker::{FARTHEST_M, Tracker};
@@ -182,11 +183,12 @@ impl ObstacleModel {
         self.map.marks.iter().map(|mark| mark.center)
     }
 
-    /// The marked cells that did not exist yet at a time, seconds, as discs around them.
-    pub(super) fn recent_marks(&self, time_s: f64) -> impl Iterator<Item = MovingDisc> + '_ {
+    /// The marked cells of objects that did not exist yet at a time, seconds, as discs around them.
+    pub(super) fn recent_marks(&self, time_s: f64) -> impl Iterator<Item = MovingDisc> + use<> {
         let radius = core::f64::consts::FRAC_1_SQRT_2 * self.map.known.frame().resolution_m;
-        let recent = self.map.marks.iter().filter(move |mark| mark.first_s > time_s);
-        recent.map(move |mark| obstacle_that_may_come(mark.center, radius, 0.0))
+        let marks = self.map.marks.iter().map(|mark| (mark.center, mark.first_s > time_s));
+        let recent = places_of_new_objects(marks).into_iter();
+        recent.map(move |place| obstacle_that_may_come(place, radius, 0.0))
     }
 
     /// The distance field between areas of a square window around a point, `half_m` to each side, aligned with the map's cells.

@@ -17,7 +17,9 @@ pub enum RecordingError {
     #[error("no thread for the recorder: {0}")]
     NoThread(io::Error),
     /// The file is no MCAP file.
-    #[error("the file is no MCAP file: choose a recording with the extension .mcap")]
+    #[error(
+        "the file is no MCAP file, whatever its name: choose one that `inbye drive --record NAME.mcap` or `ros2 bag` wrote"
+    )]
     NotMcap,
     /// The file is no recording of inbye.
     #[error(

@@ -64,8 +64,8 @@ fn cell_file_is_read_in_any_order_of_its_inputs() {
     let line = text.lines().next().expect("a line");
     let read = |line: &str| CellFile::parse(signed(line).as_bytes(), path, &cell.row.key);
     assert_eq!(read(line).as_ref(), Ok(&file));
-    let inputs = r#""engine":"cpu","format":6,"#;
-    let reordered = line.replacen(inputs, r#""format":6,"engine":"cpu","#, 1);
+    let inputs = r#""engine":"cpu","format":7,"#;
+    let reordered = line.replacen(inputs, r#""format":7,"engine":"cpu","#, 1);
     assert_ne!(reordered, line);
     assert_eq!(read(&reordered).as_ref(), Ok(&file));
     // The order of a list counts.

@@ -7,3 +7,4 @@ mod odometry_fusion;
 mod room;
 mod stuck;
 mod tours;
+mod unknown_start;

@@ -126,6 +126,25 @@ fn body_passes_a_door_beside_a_wall() {
     assert!(matches!(plan(&room_with_door(1..15, 0.0), &[]), Err(PlanError::NoValidPath { .. })));
 }
 
+/// A box of 0.6 m that the map does not show leaves 0.8 m of a corridor, along its wall.
+#[test]
+fn robot_passes_an_unmapped_box_in_a_corridor() {
+    let mut known = room_with_door(1..41, 0.0);
+    (0..80).for_each(|column| known.set(Cell::new(column, 40), true));
+    let mut truth = known.clone();
+    for row in 12..24 {
+        (50..62).for_each(|column| truth.set(Cell::new(column, row), true));
+    }
+    for yaw in [0.0, PI] {
+        let start = Pose::new(1.2, 1.0, yaw);
+        let goals = [Goal::at(Point::new(10.0, 4.5))];
+        let truth = Some(truth.clone());
+        let result = drive_among(&Config::default(), (&known, truth), start, &goals);
+        let ended = (result.why(), result.time_s);
+        assert!(result.reached && result.time_s < 60.0, "{yaw}: {ended:?}");
+    }
+}
+
 /// The circle around the body is free at each of these places, and some are too near to the walls for a path.
 #[test]
 fn path_through_a_narrow_passage_begins_near_a_wall_too() {
