@@ -66,13 +66,9 @@ impl Problem {
         index: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, numpy::PyArray2<f64>>> {
         let count = self.__len__();
-        let expected = |place: String| {
-            raise(format!("index is {place}: it must be a whole number, 0 to {}", count - 1))
-        };
-        let number = index.extract().ok().filter(|it: &u32| (*it as usize) < count);
-        let number = match number {
-            Some(number) => number,
-            None => return Err(expected(index.repr()?.to_string())),
+        let Some(number) = index.extract().ok().filter(|it: &u32| (*it as usize) < count) else {
+            let (last, index) = (count - 1, index.repr()?);
+            return Err(raise(format!("index is {index}: it must be a whole number, 0 to {last}")));
         };
         super::conversion::points(py, &self.inner.path(number))
     }

@@ -6,6 +6,7 @@ import pickle
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import inbye
 import numpy as np
@@ -272,7 +273,8 @@ def test_decision_respects_the_speed_limit_of_a_zone() -> None:
 
 
 def test_path_of_a_sample_that_does_not_exist_is_an_error() -> None:
-    with pytest.raises(inbye.InbyeError, match=r"^index is -1: it must be a whole number, 0 to 127$"):
-        problem().path(-1)
-    with pytest.raises(inbye.InbyeError, match=r"^index is 128: it must be a whole number, 0 to 127$"):
-        problem().path(128)
+    wrong: list[Any] = [-1, 128, 0.0]
+    for index in wrong:
+        expected = rf"^index is {index}: it must be a whole number, 0 to 127$"
+        with pytest.raises(inbye.InbyeError, match=expected):
+            problem().path(index)

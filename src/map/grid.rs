@@ -188,6 +188,7 @@ impl GridFrame {
     }
 
     /// The cells of the grid whose squares are nearer to a point than a distance, metres.
+    #[cfg(feature = "experiment")]
     pub(crate) fn cells_touched(
         self,
         center: &Point,

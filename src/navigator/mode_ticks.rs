@@ -42,6 +42,7 @@ impl ModeTicks {
     }
 
     /// Counts a command that the protective layer changed, by the name of its action.
+    #[cfg(any(test, feature = "sim"))]
     pub fn count_protection(&mut self, action: &'static str) {
         *self.by_protection.entry(action).or_default() += 1;
     }

@@ -342,7 +342,7 @@ class World:
     ) -> World:
         """Make a mission on a map, among people who walk across the path.
 
-        ``people`` is 0 to 100. Without a time limit it is 30 s, and 10 s for each metre of the path.
+        ``people`` is 0 to 100. The default time limit is 30 s and 10 s for each metre of the path.
         """
     @property
     def name(self) -> str:
