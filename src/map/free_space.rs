@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use super::bit_grid::{BitGrid, clear_padding};
 use super::{Cell, GridFrame, ObstacleGrid};
-use crate::geometry::{Point, point_to_unit_square};
+use crate::geometry::Point;
 
 /// The cells in which the centre of a round robot keeps its radius from every obstacle.
 ///
@@ -96,10 +96,9 @@ impl FreeSpace {
         let is_within = |at: f64, size: i32| at >= radius && at + radius <= f64::from(size);
         is_within(at.x, width)
             && is_within(at.y, height)
+            // Few cells are obstacles: their bits are read before distances are computed.
             && !self.frame.cells_around(center, radius_m).any(|cell| {
-                // Few cells are obstacles: their bits are read before distances are computed.
-                self.obstacles.get(cell)
-                    && point_to_unit_square(&at, &cell.corner()) < radius * radius
+                self.obstacles.get(cell) && self.frame.is_touched(&cell, center, radius_m)
             })
     }
 

@@ -182,33 +182,15 @@ impl GridFrame {
         center: &Point,
         distance_m: f64,
     ) -> impl Iterator<Item = Cell> + use<> {
-        self.cells_near(center, distance_m, |cell, units, reach| {
-            (cell.center() - units).norm() <= reach
-        })
+        let (units, reach) = (self.to_cell_units(center), distance_m / self.resolution_m);
+        let is_near = move |cell: &Cell| (cell.center() - units).norm() <= reach;
+        self.cells_in_square(units, reach).filter(is_near)
     }
 
-    /// The cells of the grid whose squares are nearer to a point than a distance, metres.
-    #[cfg(feature = "experiment")]
-    pub(crate) fn cells_touched(
-        self,
-        center: &Point,
-        distance_m: f64,
-    ) -> impl Iterator<Item = Cell> + use<> {
-        self.cells_near(center, distance_m, |cell, units, reach| {
-            point_to_unit_square(units, &cell.corner()) < reach * reach
-        })
-    }
-
-    /// The cells of the grid, of those around a point, that pass a test: of the cell, the point and the distance, in cells.
-    fn cells_near<F: Fn(&Cell, &Point, f64) -> bool>(
-        self,
-        center: &Point,
-        distance_m: f64,
-        is_near: F,
-    ) -> impl Iterator<Item = Cell> + use<F> {
-        let units = self.to_cell_units(center);
+    /// Whether the square of a cell is nearer to a point than a distance, metres.
+    pub(crate) fn is_touched(&self, cell: &Cell, center: &Point, distance_m: f64) -> bool {
         let reach = distance_m / self.resolution_m;
-        self.cells_in_square(units, reach).filter(move |cell| is_near(cell, &units, reach))
+        point_to_unit_square(&self.to_cell_units(center), &cell.corner()) < reach * reach
     }
 
     /// [`Self::cells_around`] for a point and a reach in cell units.

@@ -133,8 +133,11 @@ fn frame(
 }
 
 fn fill(grid: &mut ObstacleGrid, cylinder: &Cylinder) {
-    let touched = grid.frame().cells_touched(&cylinder.axis(), cylinder.radius_m);
-    touched.for_each(|cell| grid.set(cell, true));
+    let (frame, axis) = (*grid.frame(), cylinder.axis());
+    frame
+        .cells_around(&axis, cylinder.radius_m)
+        .filter(|cell| frame.is_touched(cell, &axis, cylinder.radius_m))
+        .for_each(|cell| grid.set(cell, true));
 }
 
 impl Cylinder {
