@@ -39,6 +39,7 @@ use super::{output, plan};
 /// `inbye drive`.
 #[derive(Debug, Args)]
 #[command(
+    mut_arg("start", |start| start.required_unless_present_any(["scene", "unknown_start"])),
     after_help = "Example:\n  inbye drive --scene mine --report out\n  inbye drive --scene mine --record run.mcap\n  \
     inbye drive --map mine.yaml --start 10,5 --goal 80,40 --obstacles 5 --seed 7\n\n\
     With --port the command drives a real or emulated base on a serial line, in real time. With --lidar nothing is simulated: the \

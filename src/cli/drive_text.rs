@@ -102,13 +102,16 @@ fn outcome(result: &MissionResult) -> &'static str {
 }
 
 fn with_outcome(outcome: &str, result: &MissionResult) -> String {
+    let gap_m = result.min_clearance_m;
+    // That of a robot that stayed lost is not known.
+    let gap =
+        if gap_m.is_finite() { format!(", smallest gap {gap_m:.3} m") } else { String::new() };
     format!(
-        "{outcome}: {:.1} m in {:.1} s, {}, {}, smallest gap {:.3} m",
+        "{outcome}: {:.1} m in {:.1} s, {}, {}{gap}",
         result.travelled_m,
         result.time_s,
         counted(result.trace.rows.len(), "tick"),
         counted(result.plans.len(), "plan"),
-        result.min_clearance_m,
     )
 }
 

@@ -43,7 +43,12 @@ pub struct MapArguments {
 #[derive(Debug, Args)]
 pub struct EndArguments {
     /// Start, metres and radians. The default yaw is 0; a drawing of `plan` then shows the start along the path.
-    #[arg(long, value_name = "X,Y[,YAW]", allow_hyphen_values = true)]
+    #[arg(
+        long,
+        value_name = "X,Y[,YAW]",
+        required_unless_present = "scene",
+        allow_hyphen_values = true
+    )]
     pub start: Option<Place>,
     /// Goal, metres, and optionally the final yaw, radians.
     #[arg(

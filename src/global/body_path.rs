@@ -12,7 +12,7 @@ use crate::map::{Cell, FreeSpace, GridFrame};
 
 /// The search with headings stays this close to the path of the discs, metres.
 const REACH_M: f64 = 1.5;
-/// Most cells of that search: a path of 200 m over cells of 5 cm has as many. It takes 400 bytes for each.
+/// Most cells of that search: a path of 200 m over cells of 5 cm has as many. It takes 500 bytes for each.
 const MAX_CELLS: usize = 250_000;
 /// Distance and angle between two checked poses, metres and radians.
 const STEP_M: f64 = 0.05;

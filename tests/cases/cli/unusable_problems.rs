@@ -64,7 +64,7 @@ fn unusable_problem_values_are_rejected() {
 /limits/max_vel_theta 0 -> [limits] max_vel_theta is 0; above zero
 /limits/acc_lim_x 0 -> [limits] acc_lim_x is 0; above zero
 /limits/decel_lim_x 0.5 -> [limits] decel_lim_x is 0.5; below zero
-/robot/pose [0,0] -> "pose":[0,0]; length 3
+/robot/pose [0,0] -> "pose":[0,0]; length 2; 3 numbers
 /robot/pose [1e300,0,0] -> distance; at most
 /robot/velocity [1] -> "velocity":[1]; length 2
 /robot/footprint [] -> no disc; at least one

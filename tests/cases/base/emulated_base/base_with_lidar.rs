@@ -46,12 +46,14 @@ fn robot(hall: &TempDir, more: &str) -> Emulated {
 }
 
 fn drive(hall: &TempDir, robot: &Emulated, more: &str) -> Ended {
+    drive_from(hall, robot, &format!("--start 1.6,2.5,0 --goal 11.5,4.5 {more}"))
+}
+
+fn drive_from(hall: &TempDir, robot: &Emulated, route: &str) -> Ended {
     let map = file(hall, "hall.txt");
     let lidar = robot.lidar.as_deref().expect("it has one");
-    let route = "--resolution 0.1 --start 1.6,2.5,0 --goal 11.5,4.5";
-    let host =
-        format!("drive --map {map} {route} --engine cpu --threads 1 --arm --lidar {lidar} {more}");
-    robot.host(&host).wait()
+    let base = format!("--engine cpu --threads 1 --arm --lidar {lidar}");
+    robot.host(&format!("drive --map {map} --resolution 0.1 {base} {route}")).wait()
 }
 
 fn map_pose(summary: &Value) -> [f64; 3] {
@@ -85,6 +87,17 @@ fn base_with_lidar_reaches_goal() {
 
 /// More ticks than reports of the base: each report keeps its time. The poses of a time that goes back were forgotten, and the scans
 /// were no longer compensated for the motion.
+#[test]
+fn robot_with_unknown_start_needs_no_start() {
+    let hall = hall();
+    let robot = robot(&hall, "");
+    let ended = drive_from(&hall, &robot, "--unknown-start --goal 4,2.5 --time-limit 60");
+    let (driven, summary) = (ended.object(), robot.end());
+    assert_eq!((ended.status.code(), &driven["reached"]), (Some(0), &json!(true)), "{driven}");
+    let [x, y, _] = map_pose(&summary);
+    assert!(libm::hypot(x - 4.0, y - 2.5) < 0.3, "{driven} {summary}");
+}
+
 #[test]
 fn report_keeps_its_time_for_all_ticks() {
     let hall = hall();
