@@ -110,16 +110,6 @@ pub struct DriveArguments {
     pub hardware: HardwareArguments,
 }
 
-impl DriveArguments {
-    /// Start and goal. The first path of a real robot with an unknown start is planned again once its place is found; until then its
-    /// goal stands for its start.
-    fn ends(&self) -> EndArguments {
-        let is_unknown = self.unknown_start && self.hardware.lidar.is_some();
-        let start = self.ends.start.or(self.ends.goal.filter(|_| is_unknown));
-        EndArguments { start, ..self.ends }
-    }
-}
-
 /// Most obstacles of a decision.
 const MAX_OBSTACLES: u64 = 1024;
 
@@ -192,7 +182,8 @@ fn truth(
 pub fn run(arguments: &DriveArguments) -> anyhow::Result<bool> {
     let MapInput { name: map_name, map, zones, mut config, scene, resolution_m } =
         map_file::read(&arguments.map, arguments.truth.as_deref())?;
-    let (start, goal) = arguments.ends().resolve(scene.as_ref())?;
+    let needs_start = !arguments.unknown_start || arguments.hardware.lidar.is_none();
+    let (start, goal) = arguments.ends.resolve(scene.as_ref(), needs_start)?;
     arguments.map.zones.check(zones.as_deref(), (&start, &goal), &arguments.via)?;
     let seed = arguments.seed.or(scene.as_ref().map(|scene| scene.seed)).unwrap_or(0);
     // A lidar measures the real surroundings: no scene's pedestrians are among them.

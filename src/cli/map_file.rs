@@ -61,14 +61,20 @@ pub struct EndArguments {
 }
 
 impl EndArguments {
-    /// Start and goal: as given, else those of the scene.
-    pub fn resolve(&self, scene: Option<&Scene>) -> anyhow::Result<(Place, Place)> {
+    /// Start and goal: as given, else those of the scene. The first path of a robot that will find its own place is planned again there:
+    /// until then its goal stands for a start that it does not need.
+    pub fn resolve(
+        &self,
+        scene: Option<&Scene>,
+        needs_start: bool,
+    ) -> anyhow::Result<(Place, Place)> {
         let of_scene = scene.map(|scene| {
             let Pose { x, y, yaw } = scene.start;
             let start = Place { position: Point::new(x, y), yaw: Some(yaw) };
             (start, Place { position: scene.goal, yaw: None })
         });
-        let start = self.start.or(of_scene.map(|(start, _)| start));
+        let instead = if needs_start { None } else { self.goal };
+        let start = self.start.or(of_scene.map(|(start, _)| start)).or(instead);
         let goal = self.goal.or(of_scene.map(|(_, goal)| goal));
         for (flag, place) in [("--start", start), ("--goal", goal)] {
             place.iter().for_each(|place| place.warn_of_degrees(flag));

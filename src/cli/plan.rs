@@ -54,7 +54,7 @@ pub struct PlanArguments {
 pub fn run(arguments: &PlanArguments) -> anyhow::Result<bool> {
     let mut input = map_file::read(&arguments.map, None)?;
     arguments.global_planner.set(&mut input.config);
-    let (start, goal) = arguments.ends.resolve(input.scene.as_ref())?;
+    let (start, goal) = arguments.ends.resolve(input.scene.as_ref(), true)?;
     let task = PlanTask { start, goal, via: &arguments.via, radius_m: arguments.radius };
     let MapInput { map, zones, config, .. } = &input;
     arguments.map.zones.check(zones.as_deref(), (&start, &goal), &arguments.via)?;

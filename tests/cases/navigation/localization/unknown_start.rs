@@ -7,8 +7,10 @@ use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::CpuEngine;
 use inbye::map::{Cell, GridFrame, OccupancyGrid};
 use inbye::navigator::Goal;
-use inbye::runtime::{Config, Mission, MissionEnd, Observer, PoseSource, Robot, SensorData};
-use inbye::sim::{SimBase, Simulation};
+use inbye::runtime::{
+    Config, Mission, MissionEnd, Observer, PoseSource, Robot, SensorData, run_mission,
+};
+use inbye::sim::SimBase;
 
 /// A base whose true pose nothing knows, without a lidar, in real time.
 struct Base(SimBase, f64);
@@ -46,8 +48,7 @@ fn robot_that_is_not_located_touches_no_wall_of_the_map() {
     let mut base = Base(SimBase::of(&config, start, 0).expect("valid settings"), 0.0);
     let engine = Box::new(CpuEngine::single_threaded());
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
-    let simulation = Simulation::new(mission);
-    let result = simulation.run_with(&mut base, &config, engine, &mut observer).expect("a drive");
+    let result = run_mission(&mission, &config, engine, &mut base, &mut observer).expect("a drive");
     assert_eq!(result.end(), MissionEnd::Timeout);
     assert!(result.trace.rows.len() >= 10, "{:?}", result.why());
     assert_eq!((result.min_clearance_m, result.travelled_m), (f64::INFINITY, 0.0));
