@@ -11,6 +11,7 @@ mod cases {
         mod deadlines;
         mod footprint;
         mod goal_changes;
+        mod goals_in_passages;
         mod goals_near_walls;
         mod half_circle_lidar;
         mod identification;

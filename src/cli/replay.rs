@@ -54,8 +54,7 @@ pub struct ReplayArguments {
 /// Repeats the decisions of a recording. Returns false if a bit differs, or the CPU decided in place of a GPU.
 pub fn run(arguments: &ReplayArguments) -> anyhow::Result<bool> {
     let name = || format!("{}", arguments.file.display());
-    let opened = File::open(&arguments.file);
-    let file = opened.map_err(|error| {
+    let file = File::open(&arguments.file).map_err(|error| {
         refused(format!("{}: cannot be read", name()), error, "name a recording")
     })?;
     let is_folder = file.metadata().with_context(name)?.is_dir();

@@ -8,16 +8,17 @@ const SAME_OBJECT_M: f64 = 0.12;
 /// The places of the new marks that are not part of an object with an older mark: the sides of a box come into view one after the other.
 /// Each mark has its place, and whether it is new.
 pub(super) fn places_of_new_objects(marks: impl Iterator<Item = (Point, bool)>) -> Vec<Point> {
-    let (new, older): (Vec<_>, Vec<_>) = marks.partition(|(_, is_new)| *is_new);
-    let places = |marks: Vec<(Point, bool)>| marks.into_iter().map(|(place, _)| place);
-    let (mut new, mut older): (Vec<Point>, Vec<Point>) =
-        (places(new).collect(), places(older).collect());
+    let (mut new, mut older) = (Vec::new(), Vec::new());
+    for (place, is_new) in marks {
+        if is_new { &mut new } else { &mut older }.push(place);
+    }
     let mut at = 0;
     while let Some(known) = older.get(at).filter(|_| !new.is_empty()).copied() {
-        let is_near = |place: &Point| (place - known).norm_squared() <= SAME_OBJECT_M.powi(2);
-        let (joined, apart): (Vec<Point>, Vec<Point>) = new.into_iter().partition(is_near);
-        older.extend(joined);
-        new = apart;
+        new.retain(|place| {
+            let joins = (place - known).norm_squared() <= SAME_OBJECT_M.powi(2);
+            older.extend(joins.then_some(*place));
+            !joins
+        });
         at += 1;
     }
     new

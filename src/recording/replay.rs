@@ -17,9 +17,7 @@ use crate::external::ProgramSettings;
 use crate::geometry::Pose;
 use crate::local::Engine;
 use crate::map::OccupancyGrid;
-use crate::navigator::{
-    Controller, Decision, Goal, MapSource, NavigationMap, Navigator, Observation,
-};
+use crate::navigator::{Controller, Decision, Goal, MapSource, NavigationMap, Navigator};
 use crate::runtime::{
     EarlyEnd, GroundTruth, Mission, MissionResult, ObstacleGap, OdometryReading, TickEvent, Trace,
     TraceRow,
@@ -168,8 +166,7 @@ pub fn replay<R: Read + Seek>(
         first_difference = repeat(&mut navigator, &tick);
         if first_difference.is_none() {
             start = start.or(Some(tick.observation.pose));
-            let Observation { pose, lost, .. } = &tick.observation;
-            let gap_m = lost.map_or_else(|| gap.gap_m(footprint, pose), |_| f64::INFINITY);
+            let gap_m = |pose: &Pose| gap.gap_m(footprint, pose);
             let (row, flow) = show(&tick, updated_map.as_ref(), gap_m, &navigator, on_tick);
             if flow.is_break() {
                 return Err(RecordingError::Interrupted { ticks });
@@ -195,16 +192,17 @@ pub fn replay<R: Read + Seek>(
     Ok(Replay { mission, drive, ticks, first_difference, is_complete, engine })
 }
 
-/// Shows a tick. Returns its row, and whether the replay goes on.
+/// Shows a tick. `gap_m` measures the gap on the map at a pose, metres. Returns its row, and whether the replay goes on.
 fn show(
     tick: &RecordedTick,
     updated_map: Option<&OccupancyGrid>,
-    gap_m: f64,
+    gap_m: impl FnOnce(&Pose) -> f64,
     navigator: &Navigator,
     on_tick: &mut dyn FnMut(&TickEvent<'_>) -> ControlFlow<()>,
 ) -> (TraceRow, ControlFlow<()>) {
     let RecordedTick { observation, decision, took_s, .. } = tick;
-    let estimated = GroundTruth::of(observation.pose, observation.twist);
+    let estimated = GroundTruth::of(observation, observation.twist);
+    let gap_m = estimated.gap_m.unwrap_or_else(|| gap_m(&estimated.pose));
     let path = navigator.plans().len() - 1;
     let row = TraceRow::new(observation, decision, estimated, gap_m, path);
     let flow = on_tick(&TickEvent {

@@ -261,12 +261,7 @@ impl<R: Robot> MissionRun<R> {
         let (decision, took_s) = self.navigator.step_by(&observation, observer.clock);
         self.decision_s.push(took_s);
         let truth = self.robot.ground_truth();
-        // The pose of a lost robot is no place on the map: it has no gap there.
-        let estimated = || GroundTruth {
-            gap_m: observation.lost.map(|_| f64::INFINITY),
-            ..GroundTruth::of(observation.pose, odometry.twist)
-        };
-        let truth = truth.unwrap_or_else(estimated);
+        let truth = truth.unwrap_or_else(|| GroundTruth::of(&observation, odometry.twist));
         self.contact = self.contact.or(truth.contact);
         self.record_stop(decision.mode, &truth.pose);
         let gap_m = truth.gap_m.unwrap_or_else(|| self.gap_on_map_m(&truth.pose));

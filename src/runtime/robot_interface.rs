@@ -5,6 +5,7 @@ use core::ops::ControlFlow;
 use super::{Contact, LidarData};
 use crate::base::ProtectiveAction;
 use crate::geometry::{Point, Pose, Twist};
+use crate::navigator::Observation;
 
 /// Motion of the base as its own sensors measure it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,9 +52,12 @@ pub struct GroundTruth {
 }
 
 impl GroundTruth {
-    /// The state of a robot of which no more is known than an estimated pose and a measured motion.
-    pub(crate) const fn of(pose: Pose, twist: Twist) -> Self {
-        Self { pose, twist, gap_m: None, contact: None, moving: Vec::new() }
+    /// The state of a robot of which no more is known than what it observes, and a measured motion. The pose of a lost robot is no place
+    /// on the map: it has no gap there.
+    pub(crate) fn of(observation: &Observation, twist: Twist) -> Self {
+        let Observation { pose, lost, .. } = *observation;
+        let gap_m = lost.map(|_| f64::INFINITY);
+        Self { pose, twist, gap_m, contact: None, moving: Vec::new() }
     }
 }
 

@@ -85,8 +85,6 @@ fn base_with_lidar_reaches_goal() {
     assert!(counted_m > 1.03 * true_m && true_m > 9.0, "{driven} {summary}");
 }
 
-/// More ticks than reports of the base: each report keeps its time. The poses of a time that goes back were forgotten, and the scans
-/// were no longer compensated for the motion.
 #[test]
 fn robot_with_unknown_start_needs_no_start() {
     let hall = hall();
@@ -98,6 +96,8 @@ fn robot_with_unknown_start_needs_no_start() {
     assert!(libm::hypot(x - 4.0, y - 2.5) < 0.3, "{driven} {summary}");
 }
 
+/// More ticks than reports of the base: each report keeps its time. The poses of a time that goes back were forgotten, and the scans
+/// were no longer compensated for the motion.
 #[test]
 fn report_keeps_its_time_for_all_ticks() {
     let hall = hall();

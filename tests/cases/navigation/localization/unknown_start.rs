@@ -12,20 +12,15 @@ use inbye::runtime::{
 };
 use inbye::sim::SimBase;
 
-/// A base whose true pose nothing knows, without a lidar, in real time.
-struct Base(SimBase, f64);
+/// A base whose true pose nothing knows, without a lidar.
+struct Base(SimBase);
 
 impl Robot for Base {
     fn sense(&mut self, time_s: f64) -> SensorData {
         self.0.sense(time_s)
     }
 
-    fn now_s(&self) -> Option<f64> {
-        Some(self.1)
-    }
-
     fn drive(&mut self, command: &Twist, period_s: f64) -> ControlFlow<()> {
-        self.1 += period_s;
         self.0.drive(command, period_s)
     }
 }
@@ -45,7 +40,7 @@ fn robot_that_is_not_located_touches_no_wall_of_the_map() {
     let (start, goal) = (Pose::new(2.0, 3.0, 0.0), Goal::at(Point::new(8.0, 3.0)));
     let mission = Mission::new(Arc::new(map), start, goal);
     let mission = Mission { is_start_unknown: true, time_limit_s: 1.0, ..mission };
-    let mut base = Base(SimBase::of(&config, start, 0).expect("valid settings"), 0.0);
+    let mut base = Base(SimBase::of(&config, start, 0).expect("valid settings"));
     let engine = Box::new(CpuEngine::single_threaded());
     let mut observer = Observer { clock: &mut || 0.0, on_tick: &mut |_| {} };
     let result = run_mission(&mission, &config, engine, &mut base, &mut observer).expect("a drive");
