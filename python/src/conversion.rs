@@ -7,6 +7,7 @@ use inbye::map::{MovingDisc, Scan};
 use inbye::navigator::Goal;
 use numpy::ndarray::{ArrayView1, Dimension};
 use numpy::{Ix1, Ix2, PyArray, PyArray2, PyArrayMethods, PyReadonlyArray, PyUntypedArrayMethods};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 
 use super::InbyeError;
@@ -24,17 +25,36 @@ pub const fn twist_tuple(twist: &Twist) -> (f64, f64) {
     (twist.linear, twist.angular)
 }
 
-pub fn pose([x, y, yaw]: [f64; 3]) -> PyResult<Pose> {
+/// An argument of a few numbers. Another number of them is a `TypeError`, since Python names the argument of these.
+#[derive(Clone, Copy)]
+pub struct Numbers<const N: usize>(pub [f64; N]);
+
+impl<'py, const N: usize> FromPyObject<'_, 'py> for Numbers<N> {
+    type Error = PyErr;
+
+    fn extract(value: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let wrong = |_| PyTypeError::new_err(format!("{N} real numbers are expected"));
+        value.extract().map(Self).map_err(wrong)
+    }
+}
+
+/// A whole number of an argument, from zero on.
+pub fn whole<T: TryFrom<i128>>(argument: &str, value: i128) -> PyResult<T> {
+    let limit = if value < 0 { "at least 0" } else { "below 2^64" };
+    T::try_from(value).map_err(|_| raise(format!("{argument} is {value}: it must be {limit}")))
+}
+
+pub fn pose(Numbers([x, y, yaw]): Numbers<3>) -> PyResult<Pose> {
     let pose = Pose::new(x, y, yaw);
     if pose.is_finite() { Ok(pose) } else { Err(raise("a pose must have three finite numbers")) }
 }
 
-pub fn point([x, y]: [f64; 2]) -> PyResult<Point> {
+pub fn point(Numbers([x, y]): Numbers<2>) -> PyResult<Point> {
     let point = Point::new(x, y);
     if point.is_finite() { Ok(point) } else { Err(raise("a point must have two finite numbers")) }
 }
 
-pub fn twist([linear, angular]: [f64; 2]) -> PyResult<Twist> {
+pub fn twist(Numbers([linear, angular]): Numbers<2>) -> PyResult<Twist> {
     let twist = Twist::new(linear, angular);
     if twist.is_finite() {
         Ok(twist)
@@ -46,9 +66,9 @@ pub fn twist([linear, angular]: [f64; 2]) -> PyResult<Twist> {
 /// A goal: x, y and optionally yaw.
 pub fn goal(values: &[f64]) -> PyResult<Goal> {
     match *values {
-        [x, y] => Ok(Goal::at(point([x, y])?)),
+        [x, y] => Ok(Goal::at(point(Numbers([x, y]))?)),
         [x, y, yaw] => {
-            let pose = pose([x, y, yaw])?;
+            let pose = pose(Numbers([x, y, yaw]))?;
             Ok(Goal { position: pose.position(), yaw: Some(yaw) })
         }
         _ => Err(raise("a goal is (x, y) or (x, y, yaw)")),
@@ -80,13 +100,13 @@ pub fn moving_discs(rows: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<MovingDisc>
 /// A scan from ranges in metres at equal angles, of a lidar at a place on the robot, by default its origin.
 pub fn scan(
     ranges: &Bound<'_, PyAny>,
-    lidar_position: Option<(f64, f64)>,
+    lidar_position: Option<Numbers<2>>,
     angle_min: f64,
     angle_increment: f64,
     range_max: f64,
 ) -> PyResult<Scan> {
     let ranges = real_array::<Ix1>("ranges", ranges)?.as_array().iter().copied().collect();
-    let (x, y) = lidar_position.unwrap_or_default();
+    let Numbers([x, y]) = lidar_position.unwrap_or(Numbers([0.0; 2]));
     let scan = Scan { origin: Point::new(x, y), angle_min, angle_increment, range_max, ranges };
     if scan.is_valid() {
         return Ok(scan);

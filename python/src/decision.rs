@@ -8,7 +8,7 @@ use inbye::bench::{DecisionSize, EngineRequest, EvaluationDigest, open_requested
 use inbye::local::{Detail, Evaluation, Explainer, QuantizedProblem, SampleSi, WinnerSi};
 use pyo3::prelude::*;
 
-use super::conversion::raise;
+use super::conversion::{raise, whole};
 use super::problem::Problem;
 use super::records::Records;
 
@@ -157,7 +157,8 @@ const fn detail(samples: bool) -> Detail {
 impl Engine {
     #[new]
     #[pyo3(signature = (name="auto", *, threads=1))]
-    fn new(py: Python<'_>, name: &str, threads: usize) -> PyResult<Self> {
+    fn new(py: Python<'_>, name: &str, threads: i128) -> PyResult<Self> {
+        let threads = whole("threads", threads)?;
         let inner = py.detach(|| open(name, threads))?;
         Ok(Self { name: inner.name(), inner: Mutex::new(inner) })
     }

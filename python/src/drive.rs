@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use super::controller::{PythonController, Raised};
-use super::conversion::{from_json, goal, pose, raise};
+use super::conversion::{Numbers, from_json, goal, pose, raise, whole};
 use super::decision::open;
 use super::interrupt::Interrupt;
 use super::map::Map;
@@ -35,17 +35,16 @@ impl World {
     #[pyo3(signature = (map, start, goal, *, people=0, time_limit_s=None, name="map"))]
     fn new(
         map: &Bound<'_, Map>,
-        start: [f64; 3],
+        start: Numbers<3>,
         goal: Vec<f64>,
-        people: i64,
+        people: i128,
         time_limit_s: Option<f64>,
         name: &str,
     ) -> PyResult<Self> {
         let map = map.get();
         let (grid, zones) = (Arc::clone(&map.grid), map.zones.clone());
         let (start, goal) = (pose(start)?, self::goal(&goal)?);
-        let people = usize::try_from(people)
-            .map_err(|_| raise(format!("people is {people}: it must be at least 0")))?;
+        let people = whole("people", people)?;
         let mut ranges = PlanWorlds::default().people(people);
         ranges.time_limit_s = time_limit_s.unwrap_or(ranges.time_limit_s);
         ranges.validate().map_err(raise)?;
@@ -70,12 +69,12 @@ impl World {
     fn drive(
         &self,
         py: Python<'_>,
-        seed: u64,
+        seed: i128,
         config: Option<&Bound<'_, PyAny>>,
         controller: Option<&Bound<'_, PyAny>>,
         engine: &str,
     ) -> PyResult<Drive> {
-        let config = changed(&self.inner.settings, config)?;
+        let (seed, config) = (whole("seed", seed)?, changed(&self.inner.settings, config)?);
         let (decider, raised) = decider(controller, &config, engine)?;
         let (mut world, mut interrupt) = (self.inner.clone(), Interrupt::new());
         interrupt.set_in(&mut world);

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::controller::Raised;
-use super::conversion::{raise, real_array, table};
+use super::conversion::{raise, real_array, table, whole};
 use super::drive::World;
 use super::interrupt::Interrupt;
 use super::mission_slot::{AgentObservation, Commanded, Finished, Job, Slot};
@@ -241,15 +241,18 @@ impl Environments {
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
         worlds: Vec<Bound<'_, World>>,
-        count: usize,
-        seeds: Vec<u64>,
+        count: i128,
+        seeds: Vec<i128>,
         config: Option<&Bound<'_, PyAny>>,
         navigator: bool,
         autoreset: bool,
         engine: &str,
-        threads: Option<usize>,
+        threads: Option<i128>,
         max_steps: Option<i64>,
     ) -> PyResult<Self> {
+        let count: usize = whole("num_envs", count)?;
+        let seeds = seeds.into_iter().map(|seed| whole("seed", seed));
+        let seeds = seeds.collect::<PyResult<Vec<u64>>>()?;
         if worlds.is_empty() || seeds.is_empty() || count == 0 {
             return Err(raise("there must be at least one world, one seed and one environment"));
         }
@@ -266,7 +269,7 @@ impl Environments {
         let engine: EngineChoice = engine.parse().map_err(raise)?;
         // A robot waits in its thread for the answer of the GPU, which evaluates what all threads ask at that time.
         let usual = if engine == EngineChoice::Cpu { 1 } else { count.min(MOST_WAITING) };
-        let threads = threads.unwrap_or(usual);
+        let threads = threads.map_or(Ok(usual), |threads| whole("threads", threads))?;
         if !(1..=CpuEngine::MAX_THREADS).contains(&threads) {
             let most = CpuEngine::MAX_THREADS;
             return Err(raise(format!("threads is {threads}: it must be 1 to {most}")));

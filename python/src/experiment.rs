@@ -19,7 +19,7 @@ use pyo3::types::{PyMapping, PyType};
 use serde::Serialize;
 
 use super::controller::{PythonController, Raised};
-use super::conversion::{from_json, raise};
+use super::conversion::{from_json, raise, whole};
 use super::drive::World;
 use super::interrupt::Interrupt;
 use super::settings::toml_text;
@@ -203,7 +203,7 @@ fn rows(
     py: Python<'_>,
     plan: &Bound<'_, PyAny>,
     controllers: Option<&Bound<'_, PyMapping>>,
-    options: (usize, &str),
+    options: (i128, &str),
 ) -> PyResult<(String, Vec<RunRow>)> {
     let mut rows = Vec::new();
     let title = run_plan(py, plan, controllers, options, &mut rows);
@@ -217,10 +217,11 @@ fn run_plan(
     py: Python<'_>,
     plan: &Bound<'_, PyAny>,
     controllers: Option<&Bound<'_, PyMapping>>,
-    (jobs, on_exception): (usize, &str),
+    (jobs, on_exception): (i128, &str),
     rows: &mut Vec<RunRow>,
 ) -> PyResult<String> {
     let on_exception = OnException::of_argument(on_exception)?;
+    let jobs = whole("jobs", jobs)?;
     if !(1..=MOST_JOBS).contains(&jobs) {
         return Err(raise(format!("jobs is {jobs}: it must be 1 to {MOST_JOBS}")));
     }
@@ -266,7 +267,7 @@ pub fn run<'py>(
     py: Python<'py>,
     plan: &Bound<'py, PyAny>,
     controllers: Option<&Bound<'py, PyMapping>>,
-    jobs: usize,
+    jobs: i128,
     on_exception: &str,
 ) -> PyResult<Bound<'py, PyAny>> {
     let (_, rows) = rows(py, plan, controllers, (jobs, on_exception))?;
@@ -280,7 +281,7 @@ pub fn compare<'py>(
     py: Python<'py>,
     plan: &Bound<'py, PyAny>,
     controllers: Option<&Bound<'py, PyMapping>>,
-    jobs: usize,
+    jobs: i128,
     on_exception: &str,
     report: Option<PathBuf>,
 ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {

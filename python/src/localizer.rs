@@ -4,7 +4,7 @@ use inbye::geometry::Point;
 use inbye::map::TimedScan;
 use pyo3::prelude::*;
 
-use super::conversion::{pose, pose_tuple, raise, scan};
+use super::conversion::{Numbers, pose, pose_tuple, raise, scan};
 use super::map::Map;
 use super::settings::settings;
 use super::shared::Shared;
@@ -80,7 +80,7 @@ impl Localizer {
     fn new(
         py: Python<'_>,
         map: &Bound<'_, Map>,
-        start: [f64; 3],
+        start: Numbers<3>,
         config: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {
         let config = settings(config)?;
@@ -99,7 +99,7 @@ impl Localizer {
     }
 
     /// Predicts by a pose of the odometry. The first one is the reference.
-    fn predict(&self, py: Python<'_>, time_s: f64, odometry: [f64; 3]) -> PyResult<()> {
+    fn predict(&self, py: Python<'_>, time_s: f64, odometry: Numbers<3>) -> PyResult<()> {
         let odometry = pose(odometry)?;
         if odometry.x.abs().max(odometry.y.abs()) > MAX_ODOMETRY_M {
             return Err(raise(format!("odometry: a coordinate is above {MAX_ODOMETRY_M:e} m")));
@@ -122,7 +122,7 @@ impl Localizer {
         angle_min: f64,
         angle_increment: f64,
         range_max: f64,
-        lidar_position: Option<(f64, f64)>,
+        lidar_position: Option<Numbers<2>>,
         sweep_s: f64,
     ) -> PyResult<PoseEstimate> {
         let scan = scan(ranges, lidar_position, angle_min, angle_increment, range_max)?;

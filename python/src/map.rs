@@ -10,7 +10,7 @@ use numpy::{PyArray2, PyArrayMethods, PyReadonlyArray2};
 use pyo3::prelude::*;
 
 use super::conversion::{
-    check_unmasked, dtype, numpy_array, point, points, pose, pose_tuple, raise,
+    Numbers, check_unmasked, dtype, numpy_array, point, points, pose, pose_tuple, raise,
 };
 use super::settings::settings;
 
@@ -36,8 +36,8 @@ impl Map {
 impl Map {
     /// Cells of occupancy in percent, -1 for unknown, with the lowest row first.
     #[new]
-    #[pyo3(signature = (cells, resolution_m, origin=[0.0; 3]))]
-    fn new(cells: &Bound<'_, PyAny>, resolution_m: f64, origin: [f64; 3]) -> PyResult<Self> {
+    #[pyo3(signature = (cells, resolution_m, origin=Numbers([0.0; 3])))]
+    fn new(cells: &Bound<'_, PyAny>, resolution_m: f64, origin: Numbers<3>) -> PyResult<Self> {
         let cells = whole_cells(cells)?;
         let cells = cells.as_array();
         let side = |cells: usize| i32::try_from(cells).unwrap_or(i32::MAX);
@@ -61,8 +61,8 @@ impl Map {
 
     /// Makes a map of rows of text, the highest row first: # wall, . free, ? unknown.
     #[staticmethod]
-    #[pyo3(signature = (rows, resolution_m, origin=[0.0; 3]))]
-    fn from_rows(rows: Vec<String>, resolution_m: f64, origin: [f64; 3]) -> PyResult<Self> {
+    #[pyo3(signature = (rows, resolution_m, origin=Numbers([0.0; 3])))]
+    fn from_rows(rows: Vec<String>, resolution_m: f64, origin: Numbers<3>) -> PyResult<Self> {
         OccupancyGrid::from_rows(&rows, resolution_m, pose(origin)?).map(Self::of).map_err(raise)
     }
 
@@ -126,7 +126,7 @@ type MapParts<'py> = (
 pub fn map_of_parts(
     cells: &Bound<'_, PyAny>,
     resolution_m: f64,
-    origin: [f64; 3],
+    origin: Numbers<3>,
     zones: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Map> {
     let map = Map::new(cells, resolution_m, origin)?;
@@ -145,17 +145,18 @@ fn whole_cells<'py>(cells: &Bound<'py, PyAny>) -> PyResult<PyReadonlyArray2<'py,
     }
     let array = numpy_array("cells", cells)?;
     let (kind, name) = dtype(&array)?;
+    if array.getattr("size")?.extract::<usize>()? == 0 {
+        return Err(raise("cells: a map needs at least one row of one cell"));
+    }
     // Truth values would be occupied by one percent, and shares of one be free.
     if kind != "i" && kind != "u" {
         return Err(raise(format!("cells: integers are expected, not values of type {name}")));
     }
     // The conversion wraps larger values.
-    if array.getattr("size")?.extract::<usize>()? > 0 {
-        let least: i128 = array.call_method0("min")?.extract()?;
-        let largest: i128 = array.call_method0("max")?.extract()?;
-        if least < -1 || largest > 100 {
-            return Err(raise("cells must be -1, for unknown, or 0 to 100 percent"));
-        }
+    let least: i128 = array.call_method0("min")?.extract()?;
+    let largest: i128 = array.call_method0("max")?.extract()?;
+    if least < -1 || largest > 100 {
+        return Err(raise("cells must be -1, for unknown, or 0 to 100 percent"));
     }
     let array = array.call_method1("astype", ("int8",))?;
     let array = array.cast_into::<PyArray2<i8>>();
@@ -175,8 +176,8 @@ fn cells<'py>(py: Python<'py>, grid: &OccupancyGrid) -> PyResult<Bound<'py, PyAr
 pub fn plan<'py>(
     py: Python<'py>,
     map: &Bound<'py, Map>,
-    start: [f64; 2],
-    goal: [f64; 2],
+    start: Numbers<2>,
+    goal: Numbers<2>,
     config: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let config = settings(config)?;

@@ -5,7 +5,7 @@ use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 
 use super::controller::{ControllerObjects, PythonController, Raised};
-use super::conversion::{goal, point, points, pose, raise, scan, twist, twist_tuple};
+use super::conversion::{Numbers, goal, point, points, pose, raise, scan, twist, twist_tuple};
 use super::decision::open;
 use super::interrupt::Interrupt;
 use super::map::Map;
@@ -49,7 +49,7 @@ impl Navigator {
     fn new(
         py: Python<'_>,
         map: &Bound<'_, Map>,
-        start: [f64; 2],
+        start: Numbers<2>,
         goals: Vec<Vec<f64>>,
         config: Option<&Bound<'_, PyAny>>,
         controller: Option<&Bound<'_, PyAny>>,
@@ -96,13 +96,13 @@ impl Navigator {
         &self,
         py: Python<'_>,
         time_s: f64,
-        pose: [f64; 3],
-        velocity: [f64; 2],
+        pose: Numbers<3>,
+        velocity: Numbers<2>,
         ranges: &Bound<'_, PyAny>,
         angle_min: f64,
         angle_increment: f64,
         range_max: f64,
-        lidar_position: Option<(f64, f64)>,
+        lidar_position: Option<Numbers<2>>,
         pose_s: Option<f64>,
         odometry_s: Option<f64>,
         scan_s: Option<f64>,
@@ -148,7 +148,7 @@ impl Navigator {
     }
 
     /// Replaces the goals while the robot drives, or after the last one.
-    fn set_goals(&self, py: Python<'_>, start: [f64; 2], goals: Vec<Vec<f64>>) -> PyResult<()> {
+    fn set_goals(&self, py: Python<'_>, start: Numbers<2>, goals: Vec<Vec<f64>>) -> PyResult<()> {
         let waypoints = waypoints(start, &goals)?;
         let replaced = self.state.with(py, |state| {
             let State { navigator, config, .. } = state;
@@ -195,7 +195,7 @@ impl Navigator {
 }
 
 /// The start and the goals of a mission, checked.
-fn waypoints(start: [f64; 2], goals: &[Vec<f64>]) -> PyResult<Waypoints> {
+fn waypoints(start: Numbers<2>, goals: &[Vec<f64>]) -> PyResult<Waypoints> {
     let goals = goals.iter().map(|values| goal(values)).collect::<PyResult<Vec<_>>>()?;
     if goals.is_empty() {
         return Err(raise("goals must have at least one"));

@@ -3,7 +3,7 @@
 use inbye::local::DecisionInput;
 use pyo3::prelude::*;
 
-use super::conversion::{moving_discs, point, pose, raise, twist};
+use super::conversion::{Numbers, moving_discs, point, pose, raise, twist};
 use super::map::Map;
 use super::settings::settings;
 
@@ -16,16 +16,16 @@ pub struct Problem {
 #[pymethods]
 impl Problem {
     #[new]
-    #[pyo3(signature = (map, pose, target, *, velocity=[0.0; 2], last_command=None, key_node=None, obstacles=None, config=None))]
+    #[pyo3(signature = (map, pose, target, *, velocity=Numbers([0.0; 2]), last_command=None, key_node=None, obstacles=None, config=None))]
     #[expect(clippy::too_many_arguments, reason = "Python names them")]
     fn new(
         py: Python<'_>,
         map: &Bound<'_, Map>,
-        pose: [f64; 3],
-        target: [f64; 2],
-        velocity: [f64; 2],
-        last_command: Option<[f64; 2]>,
-        key_node: Option<[f64; 2]>,
+        pose: Numbers<3>,
+        target: Numbers<2>,
+        velocity: Numbers<2>,
+        last_command: Option<Numbers<2>>,
+        key_node: Option<Numbers<2>>,
         obstacles: Option<&Bound<'_, PyAny>>,
         config: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Self> {

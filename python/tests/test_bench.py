@@ -4,6 +4,7 @@ import sqlite3
 import subprocess
 import sys
 from contextlib import closing
+from math import nan
 from pathlib import Path
 from types import MappingProxyType
 
@@ -242,6 +243,10 @@ def test_database_for_planner_arena_has_a_run_for_each_row(tmp_path: Path) -> No
     ]
     assert experiments == [(f"scenes {name}", 2) for name in ("roadway", "crossing", "dead_end")]
     assert progress == 0
+    # A table of pandas has NaN where a row has no figure.
+    filled = [{key: nan if value is None else value for key, value in row.items()} for row in rows]
+    planner_arena.write(filled, tmp_path / "filled.db")
+    assert (tmp_path / "filled.db").read_bytes() == file.read_bytes()
     with pytest.raises(FileExistsError):
         planner_arena.write(rows, file)
     with pytest.raises(ValueError, match="no rows"):

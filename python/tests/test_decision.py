@@ -143,11 +143,30 @@ def test_array_that_is_none_is_one_line_with_its_argument(obstacles: object, mes
         (np.zeros((2, 2), bool), "cells: integers are expected, not values of type bool"),
         (np.zeros((2, 2)), "cells: integers are expected, not values of type float64"),
         (np.zeros(4, np.int64), "cells: an array of dimension 2"),
+        ([], "cells: a map needs at least one row of one cell"),
     ],
 )
-def test_cells_of_other_types_are_converted_or_rejected(cells: np.ndarray, message: str) -> None:
+def test_cells_of_other_types_are_converted_or_rejected(cells: object, message: str) -> None:
     with pytest.raises(inbye.InbyeError, match=message):
         inbye.Map(cells, 0.5)
+
+
+def test_numbers_and_engines_of_a_wrong_kind_are_errors_with_the_argument() -> None:
+    room = inbye.Map(np.zeros((20, 20), np.int8), 0.5)
+    one = inbye.Problem(room, [5, 5, 0], np.array([8.0, 5.0]))
+    two = "^2 real numbers are expected\nwhile processing"
+    with pytest.raises(TypeError, match=rf"{two} 'target'"):
+        inbye.Problem(room, (5, 5, 0), (8, 5, 0))  # pyright: ignore[reportArgumentType]
+    with pytest.raises(TypeError, match=rf"{two} 'start'"):
+        inbye.plan(room, (5, 5, 0), (8, 5))  # pyright: ignore[reportArgumentType]
+    with pytest.raises(TypeError, match=rf"{two} 'velocity'"):
+        inbye.Problem(room, (5, 5, 0), (8, 5), velocity=(1j, 0))  # pyright: ignore[reportArgumentType]
+    with pytest.raises(TypeError, match=r"^engine: an Engine is expected.*not 'cpu'"):
+        inbye.evaluate(one, engine="cpu")  # pyright: ignore[reportArgumentType]
+    with pytest.raises(inbye.InbyeError, match=r"^threads is -1: it must be at least 0"):
+        inbye.Engine("cpu", threads=-1)
+    with pytest.raises(inbye.InbyeError, match=r"^threads is \d+: it must be below 2\^64"):
+        inbye.Engine("cpu", threads=2**64)
 
 
 def test_values_are_copied_and_pickled() -> None:

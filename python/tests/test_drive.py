@@ -216,6 +216,11 @@ def test_world_checks_its_ranges(options: dict[str, float], message: str) -> Non
         room(**options)
 
 
+def test_seed_below_zero_is_an_error_with_its_name() -> None:
+    with pytest.raises(inbye.InbyeError, match=r"^seed is -1: it must be at least 0"):
+        room().drive(seed=-1)
+
+
 def test_controller_that_sees_no_way_gives_up() -> None:
     drive = room(time_limit_s=200.0).drive(controller=lambda _: None)
     assert not drive.reached

@@ -159,6 +159,13 @@ def test_number_of_threads_has_limits(threads: int) -> None:
         inbye.gym.VectorEnv(WORLDS, 2, threads=threads)
 
 
+def test_seeds_and_numbers_of_robots_are_at_least_zero() -> None:
+    with pytest.raises(inbye.InbyeError, match=r"^seed is -1: it must be at least 0"):
+        inbye.gym.VectorEnv(WORLDS, 2, seeds=[-1])
+    with pytest.raises(inbye.InbyeError, match=r"^num_envs is -1: it must be at least 0"):
+        inbye.gym.VectorEnv(WORLDS, -1)
+
+
 def test_reset_raises_for_what_it_does_not_use() -> None:
     robots = inbye.gym.VectorEnv(WORLDS, 2)
     mask = {"reset_mask": np.array([True, False])}

@@ -59,11 +59,22 @@ def evaluate(problem: Problem, *, engine: Engine | None = None, samples: bool = 
 
     With ``samples`` the decision has every sample.
     """
-    return (engine or _cpu).evaluate(problem, samples=samples)
+    return _chosen(engine).evaluate(problem, samples=samples)
 
 
 def evaluate_batch(
     problems: Sequence[Problem], *, engine: Engine | None = None, samples: bool = False
 ) -> list[Decision]:
     """Take the decisions of many robots; the bits are those of :func:`evaluate`."""
-    return (engine or _cpu).evaluate_batch(problems, samples=samples)
+    return _chosen(engine).evaluate_batch(problems, samples=samples)
+
+
+def _chosen(engine: object) -> Engine:
+    """Return the given engine, or one thread of the CPU."""
+    if engine is None:
+        return _cpu
+    if not isinstance(engine, Engine):
+        raise TypeError(
+            f"engine: an Engine is expected, such as inbye.Engine('cpu'), not {engine!r}"
+        )
+    return engine

@@ -6,6 +6,7 @@ configuration for each planner, and a run for each drive.
 
 from __future__ import annotations
 
+import math
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -106,7 +107,7 @@ def _write(rows: list[Mapping[str, Any]], path: str | os.PathLike[str], date: st
         quoted = ", ".join(f'"{name}"' for name in columns)
         for row, planner in zip(rows, names, strict=True):
             world = f"{row['kind']} {row['world']}"
-            measured = [row.get(name) for name in _MEASURED]
+            measured = [_value(row, name) for name in _MEASURED]
             status = _OUTCOMES.index(row["outcome"])
             database.execute(
                 f"INSERT INTO runs (experimentid, plannerid, {quoted}, solved, status) "
@@ -118,8 +119,14 @@ def _write(rows: list[Mapping[str, Any]], path: str | os.PathLike[str], date: st
 def _planner_names(rows: list[Mapping[str, Any]]) -> list[str]:
     """Return the name of each row's planner, as the ranking has it."""
     return _native.planner_names(
-        [{key: row[key] for key in _NAMING if row.get(key) is not None} for row in rows]
+        [{key: row[key] for key in _NAMING if _value(row, key) is not None} for row in rows]
     )
+
+
+def _value(row: Mapping[str, Any], name: str) -> object:
+    """Return a figure of a row, or None where it has none: a table of pandas has NaN there."""
+    value = row.get(name)
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def _numbers(names: Iterable[str]) -> dict[str, int]:
