@@ -98,7 +98,8 @@ impl Latencies {
     }
 }
 
-/// The smallest value that at least this share of the values, above 0 and up to 1, does not exceed; none of no values.
+/// The value that this share of the values, 0..=1, does not exceed: the smallest one at 0, the median at 0.5, the greatest one at 1, and
+/// between two values on the straight line from one to the other, as in numpy and pandas. None of no values.
 #[must_use]
 pub fn percentile(values: Vec<f64>, share: f64) -> Option<f64> {
     let [value] = percentiles(values, [share]);
@@ -110,8 +111,11 @@ pub fn percentile(values: Vec<f64>, share: f64) -> Option<f64> {
 pub fn percentiles<const N: usize>(mut values: Vec<f64>, shares: [f64; N]) -> [Option<f64>; N] {
     values.sort_by(f64::total_cmp);
     shares.map(|share| {
-        let rank = libm::ceil(share * values.len() as f64) as usize;
-        values.get(rank.max(1) - 1).copied()
+        let place = share * values.len().checked_sub(1)? as f64;
+        let (below, above) = (libm::floor(place), libm::ceil(place));
+        let (low, high) = (*values.get(below as usize)?, *values.get(above as usize)?);
+        // Infinite values may be equal.
+        Some(if low == high { low } else { low + (place - below) * (high - low) })
     })
 }
 

@@ -200,8 +200,7 @@ impl MissionSet<'_> {
             .filter_map(|row| value(row))
             .filter(|value| value.is_finite() && *value > 0.0)
             .collect();
-        let [least, low, middle, high, most] =
-            percentiles(values, [f64::MIN_POSITIVE, 0.1, 0.5, 0.9, 1.0]);
+        let [least, low, middle, high, most] = percentiles(values, [0.0, 0.1, 0.5, 0.9, 1.0]);
         Some([least?, low?, middle?, high?, most?])
     }
 }

@@ -76,13 +76,15 @@ fn decision_is_late_when_longer_than_the_period() {
 }
 
 #[test]
-fn percentiles_are_values_that_occurred() {
-    let values = || (1..=20).rev().map(f64::from).collect();
-    assert_eq!(percentile(values(), 0.95), Some(19.0));
-    assert_eq!(percentile(values(), 1.0), Some(20.0));
-    assert_eq!(percentile(values(), 0.01), Some(1.0));
+fn percentiles_lie_on_the_line_between_two_values() {
+    let values = || (1..=21).rev().map(f64::from).collect();
+    assert_eq!(percentile(values(), 0.95), Some(20.0));
+    assert_eq!(percentile(values(), 1.0), Some(21.0));
+    assert_eq!(percentile(values(), 0.0), Some(1.0));
+    assert_eq!(percentile(vec![1.0, 2.0, 3.0, 5.0], 0.75), Some(3.5));
     assert_eq!(percentile(Vec::new(), 0.5), None);
-    // The lower one of two medians.
-    assert_eq!(percentile(vec![3.0, 1.0], 0.5), Some(1.0));
+    // The median of two is their mean.
+    assert_eq!(percentile(vec![3.0, 1.0], 0.5), Some(2.0));
+    assert_eq!(percentile(vec![f64::INFINITY; 2], 0.5), Some(f64::INFINITY));
     assert_eq!(percentile(vec![5.0, 1.0, 4.0], 0.5), Some(4.0));
 }
