@@ -248,9 +248,12 @@ fn why_no_answer(error: &serde_json::Error, line: &str) -> String {
     };
     let before = || word_from(column.checked_sub(1)?);
     if let Some((word, from)) = word_from(column).or_else(before) {
-        return format!(
-            "{word} in column {from} is not JSON: a velocity, like every number, must be finite"
-        );
+        let in_scan = if line.contains("\"ranges\"") {
+            "; in `ranges`, null is a beam without a measurement, and range_max one without a return"
+        } else {
+            ""
+        };
+        return format!("{word} in column {from} is not JSON: each number must be finite{in_scan}");
     }
     let text = error.to_string();
     let message = text.rsplit_once(" at line ").map_or(&*text, |(message, _)| message);
@@ -316,11 +319,11 @@ mod tests {
         for (line, expected) in [
             (
                 r#"{"linear": NaN, "angular": 0}"#,
-                "NaN in column 12 is not JSON: a velocity, like every number, must be finite",
+                "NaN in column 12 is not JSON: each number must be finite",
             ),
             (
                 r#"{"linear": 0, "angular": -Infinity}"#,
-                "Infinity in column 27 is not JSON: a velocity, like every number, must be finite",
+                "Infinity in column 27 is not JSON: each number must be finite",
             ),
             (
                 r#"{"linear": "fast", "angular": 0}"#,
@@ -328,7 +331,7 @@ mod tests {
             ),
             (
                 r#"{"linear":nan,"angular":0}"#,
-                "nan in column 11 is not JSON: a velocity, like every number, must be finite",
+                "nan in column 11 is not JSON: each number must be finite",
             ),
             (r#"{"linear": 0.5}"#, "write either `linear` and `angular`, or `error`"),
             ("Loading model...", no_object),
@@ -339,6 +342,10 @@ mod tests {
         ] {
             assert_eq!(why(line), expected);
         }
+        let scan = parsed::<protocol::SimulatedState>(r#"{"scan": {"ranges": [Infinity]}}"#);
+        let expected = "Infinity in column 22 is not JSON: each number must be finite; in `ranges`, null is a beam without a measurement, \
+            and range_max one without a return";
+        assert_eq!(scan.err().as_deref(), Some(expected));
     }
 
     #[test]

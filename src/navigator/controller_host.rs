@@ -4,7 +4,6 @@ use super::condition_timer::ConditionTimer;
 use super::controller::{Controller, ControllerError, ControllerInput, ControllerReply};
 use super::state::State;
 use super::{Decision, Fault, Mode, Observation};
-use crate::geometry::wrap_angle;
 use crate::global::Path;
 use crate::map::MovingDisc;
 
@@ -100,11 +99,9 @@ impl ControllerHost {
     /// Whether the robot is within the tolerances of the goal, or was and brakes since. One that then stands beyond them is not: the
     /// controller goes on.
     pub fn is_at_goal(&mut self, state: &State<'_>) -> bool {
-        let (goal, settings, pose) = (state.goal, state.settings, &state.visible.pose);
-        let is_near = (goal.position - pose.position()).norm() <= settings.xy_goal_tolerance;
-        let is_turned = goal
-            .yaw
-            .is_none_or(|yaw| wrap_angle(yaw - pose.yaw).abs() <= settings.yaw_goal_tolerance);
+        let left_m = (state.goal.position - state.visible.pose.position()).norm();
+        let is_near = left_m <= state.settings.xy_goal_tolerance;
+        let is_turned = state.turn_left_rad().is_none();
         let brakes = self.has_reached_goal && !state.measured.stands();
         self.has_reached_goal = brakes || is_near && is_turned;
         if !self.has_reached_goal {

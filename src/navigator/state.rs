@@ -283,6 +283,12 @@ impl<'a> State<'a> {
         })
     }
 
+    /// Angle from the measured yaw to that of the goal, radians; `None` within the tolerance, or for a goal without a yaw.
+    pub fn turn_left_rad(&self) -> Option<f64> {
+        let left_rad = self.goal.yaw.map(|yaw| wrap_angle(yaw - self.visible.pose.yaw));
+        left_rad.filter(|left_rad| left_rad.abs() > self.settings.yaw_goal_tolerance)
+    }
+
     /// A decision to brake.
     pub fn stand(&self, mode: Mode) -> Decision {
         Decision::new(self.brake(), mode, self.goal.position)

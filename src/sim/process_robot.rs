@@ -10,7 +10,7 @@ use crate::external::protocol::{
     GridMessage, LidarMessage, PROTOCOL, Request, Robot as RobotMessage, Simulate, SimulatedState,
     Step,
 };
-use crate::geometry::{Point, Pose, Twist};
+use crate::geometry::{Point, Pose, Twist, wrap_angle};
 use crate::map::{MovingDisc, Scan};
 use crate::robot::Footprint;
 use crate::runtime::{Config, GroundTruth, LidarData, OdometryReading, Robot, SensorData};
@@ -19,6 +19,8 @@ use super::World;
 
 /// Largest coordinate of a pose or a moving obstacle of a simulator, and largest radius, metres.
 const FARTHEST_M: f64 = 1e6;
+/// At the start, odometry and truth may differ by this, metres and radians.
+const START_TOLERANCE: f64 = 0.1;
 
 /// The robot of a simulator. The simulator judges contacts; gaps are measured here, at the true poses of the ticks.
 pub(super) struct ProcessRobot {
@@ -98,6 +100,7 @@ impl ProcessRobot {
         }));
         let mut program = Program::start(&config.simulator, &first).map_err(failed)?;
         let (state, radii_m) = step(&mut program, 0, &Twist::STOP, 0.0).map_err(failed)?;
+        check_start(&state).map_err(failed)?;
         Ok(Self {
             program,
             sender: ProtectedSender::new(config, *seed)?,
@@ -111,6 +114,21 @@ impl ProcessRobot {
             fault: None,
         })
     }
+}
+
+/// Rejects odometry that does not begin at the true pose: without positioning, the robot would be where its map has a wall.
+fn check_start(state: &State) -> Result<(), String> {
+    let (odometry, truth) = (&state.odometry.pose, &state.true_pose);
+    let apart_m = (odometry.position() - truth.position()).norm();
+    let apart_rad = wrap_angle(odometry.yaw - truth.yaw).abs();
+    if apart_m.max(apart_rad) <= START_TOLERANCE {
+        return Ok(());
+    }
+    let text = |Pose { x, y, yaw }: &Pose| format!("[{x:.3}, {y:.3}, {yaw:.3}]");
+    let (odometry, truth) = (text(odometry), text(truth));
+    Err(format!(
+        "`odometry.pose` is {odometry} at step 0, and `truth.pose` {truth}: odometry must begin at the true pose. Odometry that begins at zero is relative to `start`"
+    ))
 }
 
 /// Simulates the step of a number, a command for a time, seconds. Returns the state after it, and the radii of the moving obstacles.

@@ -114,6 +114,11 @@ impl Navigator {
             )),
             None => None,
         };
+        let turned =
+            state.turn_left_rad().filter(|_| straight_m <= self.settings.xy_goal_tolerance);
+        let turned = turned.map(|left_rad| {
+            format!("the robot is at the goal, and must turn by {left_rad:.2} rad to its yaw")
+        });
         let dust = self.dust.heavy_share().map(|share| {
             format!(
                 "at least {:.1} % of the lidar's beams end on dust or drops in the air",
@@ -138,7 +143,8 @@ impl Navigator {
         let no_reverse = (state.robot.limits.min_vel_x >= 0.0)
             .then(|| "the robot cannot reverse: robot.limits.min_vel_x is 0".to_owned());
         let why = |first: Option<String>| {
-            let causes = [people, late, slow, unseen, no_reverse, dust].into_iter().flatten();
+            let causes =
+                [turned, people, late, slow, unseen, no_reverse, dust].into_iter().flatten();
             first.into_iter().chain(causes).collect::<Vec<_>>().join("; ")
         };
         if self.stuck_ticks.is_blocked() {

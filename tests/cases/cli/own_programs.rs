@@ -68,6 +68,19 @@ fn commands_beyond_the_limits_are_clamped() {
     assert!(travelled_m > 3.0 && travelled_m / time_s < 0.41, "{object}");
 }
 
+/// Its controller forgets the yaw of the goal: the distance of zero would explain nothing.
+#[test]
+fn failure_of_a_robot_at_its_goal_names_the_angle_to_the_yaw() {
+    let place = Workplace::with_room();
+    script(&place, "stands.sh", r#"echo '{"linear": 0, "angular": 0}'"#);
+    let drive = DRIVE.replace("--goal 5,1.5", "--goal 1.05,1.5,2");
+    let words = drive.split(' ').chain(["--json", "--controller", "sh stands.sh"]);
+    let (status, object) = object(&place.run_words(&words.collect::<Vec<_>>()));
+    let why = text(&object, "why");
+    let turn = why.contains("the robot is at the goal, and must turn by 2.00 rad to its yaw");
+    assert!(status == 1 && turn, "{why}");
+}
+
 /// Each of these programs ends the mission with a reason; none ends inbye.
 #[test]
 fn failing_controller_is_a_result_with_its_reason() {
@@ -95,7 +108,7 @@ fn failing_controller_is_a_result_with_its_reason() {
         ),
         (
             r#"echo '{"linear": NaN, "angular": 0}'"#,
-            "NaN in column 12 is not JSON: a velocity, like every number, must be finite",
+            "NaN in column 12 is not JSON: each number must be finite",
         ),
         ("sleep 100", "CONTROLLER_TIMED_OUT: a script: no answer for 0.5 s"),
     ];
@@ -267,6 +280,14 @@ fn simulator_that_fails_ends_the_drive_with_its_reason() {
         status == 1 && why.contains("the simulator failed: `odometry.pose` is 1e300 m"),
         "{why}"
     );
+    // Odometry that begins at zero would put the robot into a wall of its map.
+    let from_zero = state.replacen("[1, 1.5, 0]", "[0, 0, 0]", 1);
+    place.write("state.json", from_zero + "\n");
+    script(&place, "stands.sh", "cat state.json");
+    let (status, object) = driven(&place, "--simulator 'sh stands.sh'");
+    let message = text(&object["error"], "message");
+    let expected = "`odometry.pose` is [0.000, 0.000, 0.000] at step 0, and `truth.pose` [1.000, 1.500, 0.000]";
+    assert!(status == 2 && message.contains(expected), "{object}");
     place.write("state.json", state.replace(r#""range_max": 9"#, r#""range_max": -9"#) + "\n");
     script(&place, "stands.sh", "cat state.json");
     let (status, object) = driven(&place, "--simulator 'sh stands.sh'");
