@@ -245,6 +245,9 @@ fn identified_text(identified: &IdentifiedMotion) -> String {
 /// A share with its interval.
 fn share_text(name: &str, share: &Share) -> String {
     let Share { count, of, interval_95: [low, high], .. } = share;
+    if *of == 0 {
+        return format!("{name}: no mission of this kind");
+    }
     format!(
         "{name}: {count} of {}, 95 % interval {:.1} to {:.1} %",
         counted(*of, "mission"),
