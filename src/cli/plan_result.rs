@@ -361,7 +361,8 @@ impl CurvatureCheck {
             sharp => format!("{sharp} sharp turns, in place"),
         };
         let followed = if self.within_limit_share == 1.0 {
-            format!("all followed at {:.2} m/s", self.max_speed)
+            let what = if self.sharp_turns == 0 { "all" } else { "the rest" };
+            format!("{what} followed at {:.2} m/s", self.max_speed)
         } else {
             let (percent, max_speed) = (self.within_limit_share * 100.0, self.max_speed);
             let share = format!("{percent:.1} % followed at {max_speed:.2} m/s");
