@@ -1,4 +1,4 @@
-"""The smallest controller: drives straight at the local target, and stops for what the lidar sees ahead."""
+"""A controller without packages: drives to the local target, stops for what the lidar sees ahead, and turns at the goal."""
 import json
 import math
 import sys
@@ -19,4 +19,7 @@ for line in sys.stdin:
         ]
         clear = scan["origin"][0] + min(ahead, default=0.0) > 0.8
         answer = {"linear": 0.4 if clear and abs(error) < 0.5 else 0.0, "angular": 1.5 * error}
+        goal_x, goal_y, goal_yaw = message["goal"]  # the yaw is None if every yaw is allowed
+        if goal_yaw is not None and math.hypot(goal_x - x, goal_y - y) < 0.15:
+            answer = {"linear": 0.0, "angular": 1.5 * math.remainder(goal_yaw - yaw, math.tau)}
     print(json.dumps(answer), flush=True)
