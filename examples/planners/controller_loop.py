@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 
-TURN_WITHIN_M, LEAVE_RATIO, TURN_GAIN, TURNED_RAD, STANDS_M_S = 0.15, 4 / 3, 2.0, 0.01, 0.02
+TURN_WITHIN_M, TOLERANCE_SHARE, TURN_GAIN = 0.15, 0.75, 2.0
 
 
 def serve(name, make, wants=()):
@@ -14,18 +14,16 @@ def serve(name, make, wants=()):
     `make(start)` gets the first message and returns a function. That gets each tick, with "path" as an array, and returns a
     velocity (m/s, rad/s), or None if there is no valid one. It does not get the ticks at which `TurnAtGoal` has a velocity.
     """
-    decide, path, turn_at_goal = None, None, TurnAtGoal()
+    decide, path, turn_at_goal = None, None, None
     # Once a large array is freed, glibc keeps the memory of smaller ones. It would return it to the system at each tick.
     np.empty(30_000_000, dtype=np.uint8)
     for line in sys.stdin:
         message = json.loads(line)
         if message["type"] == "start":
-            decide = make(message)
+            decide, turn_at_goal = make(message), TurnAtGoal(message["goal_tolerance"][0])
             answer = {"protocol": 1, "name": name, "wants": list(wants)}
         else:
             path = np.array(message["path"]) if "path" in message else path
-            if message["reset"]:
-                turn_at_goal = TurnAtGoal()
             velocity = turn_at_goal(message) or decide({**message, "path": path})
             answer = {"tick": message["tick"]}  # inbye checks that the answer is for this tick
             if velocity is None:
@@ -41,27 +39,22 @@ class TurnAtGoal:
     A local planner follows a path of points, so it does not know the yaw of the goal. In Nav2, local planners turn the robot when it is
     at the goal. Here this function does it for all of them: it returns a velocity near a goal that has a yaw, and None elsewhere.
 
-    The messages do not contain the tolerances of the goal. A turn begins where the robot can stop within 0.15 m, and ends beyond 0.2 m.
-    Both are less than inbye's default tolerance of 0.25 m. inbye does not ask for a velocity within all tolerances. If it asks after a
-    turn, the tolerance is smaller: then the planner drives on, to half the distance.
+    A turn begins where the robot can stop within 0.15 m of the goal, or within three quarters of a smaller tolerance. It ends a third
+    beyond: with one distance for both, noise of the pose would let planner and turn alternate.
     """
 
-    def __init__(self):
-        self.within_m, self.turns = TURN_WITHIN_M, False
+    def __init__(self, tolerance_m):
+        self.within_m, self.turns = min(TURN_WITHIN_M, TOLERANCE_SHARE * tolerance_m), False
 
     def __call__(self, tick):
         (x, y, yaw), (v, _), limits = tick["predicted_pose"], tick["predicted_twist"], tick["limits"]
         goal_x, goal_y, goal_yaw = tick["goal"]
         braking_m = v * abs(v) / (-2 * limits["decel_lim_x"])
         distance_m = math.hypot(goal_x - x - braking_m * math.cos(yaw), goal_y - y - braking_m * math.sin(yaw))
-        # With one distance for both, noise of the pose would let planner and turn alternate.
-        self.turns = goal_yaw is not None and distance_m < self.within_m * (LEAVE_RATIO if self.turns else 1.0)
+        self.turns = goal_yaw is not None and distance_m < self.within_m / (TOLERANCE_SHARE if self.turns else 1.0)
         if not self.turns:
             return None
         error, rate = math.remainder(goal_yaw - tick["pose"][2], math.tau), limits["max_vel_theta"]
-        if abs(error) < TURNED_RAD and abs(tick["twist"][0]) < STANDS_M_S:
-            self.within_m, self.turns = distance_m / 2, False
-            return None
         return 0.0, min(max(TURN_GAIN * error, -rate), rate)
 
 

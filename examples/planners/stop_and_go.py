@@ -6,6 +6,7 @@ import sys
 for line in sys.stdin:
     message = json.loads(line)
     if message["type"] == "start":
+        near_m = 0.6 * message["goal_tolerance"][0]
         answer = {"protocol": 1, "name": "stop and go"}
     else:
         x, y, yaw = message["pose"]
@@ -20,6 +21,6 @@ for line in sys.stdin:
         clear = scan["origin"][0] + min(ahead, default=0.0) > 0.8
         answer = {"linear": 0.4 if clear and abs(error) < 0.5 else 0.0, "angular": 1.5 * error}
         goal_x, goal_y, goal_yaw = message["goal"]  # the yaw is None if every yaw is allowed
-        if goal_yaw is not None and math.hypot(goal_x - x, goal_y - y) < 0.15:
+        if goal_yaw is not None and math.hypot(goal_x - x, goal_y - y) < near_m:
             answer = {"linear": 0.0, "angular": 1.5 * math.remainder(goal_yaw - yaw, math.tau)}
     print(json.dumps(answer), flush=True)

@@ -10,7 +10,8 @@ use crate::geometry::{Point, Twist};
 use crate::global::Path;
 use crate::map::ObstacleGrid;
 use crate::navigator::{
-    Controller, ControllerError, ControllerInput, ControllerReply, Fault, RobotModel,
+    Controller, ControllerError, ControllerInput, ControllerReply, Fault, NavigatorSettings,
+    RobotModel,
 };
 
 /// A program that returns a velocity at each tick.
@@ -31,8 +32,8 @@ pub struct ProcessController {
 crate::settings::opaque_debug!(ProcessController);
 
 impl ProcessController {
-    /// Starts the program for a robot with this control period, in seconds, on a map. With a budget, in seconds, an answer that
-    /// takes longer is late: it is dropped when it comes. Without one the robot waits for each answer.
+    /// Starts the program for a robot with this control period, in seconds, on a map. With a deadline an answer that takes longer is late:
+    /// it is dropped when it comes. Without one the robot waits for each answer.
     ///
     /// # Errors
     /// When the program cannot be started or its first answer is wrong.
@@ -40,14 +41,18 @@ impl ProcessController {
         settings: &ProgramSettings,
         robot: &RobotModel,
         period_s: f64,
-        budget_s: Option<f64>,
+        navigator: &NavigatorSettings,
         map: &ObstacleGrid,
     ) -> Result<Self, Fault> {
+        let NavigatorSettings {
+            deadline_s: budget_s, xy_goal_tolerance, yaw_goal_tolerance, ..
+        } = *navigator;
         let first = Request::Start(Start {
             protocol: PROTOCOL,
             role: Role::Controller,
             period_s,
             budget_s,
+            goal_tolerance: Some([xy_goal_tolerance, yaw_goal_tolerance]),
             robot: Robot::new(&robot.footprint, &robot.limits),
         });
         let program = Program::start(settings, &first).map_err(|reason| Fault::Controller {

@@ -36,6 +36,7 @@ impl ProcessPlanner {
             role: Role::GlobalPlanner,
             period_s,
             budget_s: None,
+            goal_tolerance: None,
             robot: Robot::new(&robot.footprint, &robot.limits),
         });
         let program = Program::start(settings, &first)

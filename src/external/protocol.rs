@@ -89,6 +89,8 @@ pub(crate) struct Start<'a> {
     pub period_s: f64,
     /// Longest time of an answer by the wall clock, seconds; none in simulated time.
     pub budget_s: Option<f64>,
+    /// Distance, metres, and angle, radians, within which the robot is at a goal; none for a global planner.
+    pub goal_tolerance: Option<[f64; 2]>,
     pub robot: Robot<'a>,
 }
 

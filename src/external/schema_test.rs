@@ -126,8 +126,11 @@ fn messages_have_the_fields_of_the_schema_in_the_book() {
     let scan = Scan::default();
     let robot = || Robot::new(&footprint, &limits);
     let role = Role::Controller;
-    let start = Start { protocol: PROTOCOL, role, period_s: 0.1, budget_s: None, robot: robot() };
-    assert_follows_schema("start", &Request::Start(start));
+    for (budget_s, goal_tolerance) in [(None, None), (Some(0.1), Some([0.25, 0.1]))] {
+        let (protocol, period_s, robot) = (PROTOCOL, 0.1, robot());
+        let start = Start { protocol, role, period_s, budget_s, goal_tolerance, robot };
+        assert_follows_schema("start", &Request::Start(start));
+    }
     assert_follows_schema("robot", &robot());
     assert_follows_schema("limits", &limits);
     assert_follows_schema("grid", &grid);

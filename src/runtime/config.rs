@@ -363,9 +363,9 @@ impl Config {
             return Ok(None);
         }
         let (robot, period_s) = (self.robot.model(), self.local.control_period_s);
-        let budget_s = self.navigator.deadline_s;
+        let (program, navigator) = (&self.controller, &self.navigator);
         let controller =
-            ProcessController::start(&self.controller, &robot, period_s, budget_s, &map.closed())?;
+            ProcessController::start(program, &robot, period_s, navigator, &map.closed())?;
         Ok(Some(Box::new(controller)))
     }
 
