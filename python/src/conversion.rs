@@ -25,7 +25,7 @@ pub const fn twist_tuple(twist: &Twist) -> (f64, f64) {
     (twist.linear, twist.angular)
 }
 
-/// An argument of a few numbers. Another number of them is a `TypeError`, since Python names the argument of these.
+/// An argument of a few numbers. Any other value is a `TypeError` with the name of the argument in a note.
 #[derive(Clone, Copy)]
 pub struct Numbers<const N: usize>(pub [f64; N]);
 

@@ -116,7 +116,7 @@ impl ProcessRobot {
     }
 }
 
-/// Rejects odometry that does not begin at the true pose: without positioning, the robot would be where its map has a wall.
+/// Rejects odometry that does not begin at the true pose: without positioning it is the pose of the robot on its map.
 fn check_start(state: &State) -> Result<(), String> {
     let (odometry, truth) = (&state.odometry.pose, &state.true_pose);
     let apart_m = (odometry.position() - truth.position()).norm();
