@@ -16,11 +16,11 @@ public:
     // An exception of it brakes the robot; its text is the reason that inbye reports.
     bool compute_velocity(const InbyeControllerInput &input, double &linear, double &angular) const {
         double to_x = input.local_target[0] - input.pose[0], to_y = input.local_target[1] - input.pose[1];
-        double error = std::remainder(std::atan2(to_y, to_x) - input.pose[2], 2.0 * std::acos(-1.0));
         // At a goal with a yaw the robot turns to it. 0.15 m is within the usual tolerance, 0.25 m.
         double goal_m = std::hypot(input.goal[0] - input.pose[0], input.goal[1] - input.pose[1]);
         bool turns = input.has_goal_yaw && goal_m < 0.15;
-        if (turns) error = std::remainder(input.goal_yaw - input.pose[2], 2.0 * std::acos(-1.0));
+        double heading = turns ? input.goal_yaw : std::atan2(to_y, to_x);
+        double error = std::remainder(heading - input.pose[2], 2.0 * std::acos(-1.0));
         double ahead = input.range_max;
         for (size_t beam = 0; beam < input.range_count; ++beam) {
             double direction = input.angle_min + beam * input.angle_increment, range = input.ranges[beam];

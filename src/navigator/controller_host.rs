@@ -99,11 +99,9 @@ impl ControllerHost {
     /// Whether the robot is within the tolerances of the goal, or was and brakes since. One that then stands beyond them is not: the
     /// controller goes on.
     pub fn is_at_goal(&mut self, state: &State<'_>) -> bool {
-        let left_m = (state.goal.position - state.visible.pose.position()).norm();
-        let is_near = left_m <= state.settings.xy_goal_tolerance;
         let is_turned = state.turn_left_rad().is_none();
         let brakes = self.has_reached_goal && !state.measured.stands();
-        self.has_reached_goal = brakes || is_near && is_turned;
+        self.has_reached_goal = brakes || state.is_near_goal() && is_turned;
         if !self.has_reached_goal {
             self.stands = ConditionTimer::default();
         }

@@ -283,6 +283,12 @@ impl<'a> State<'a> {
         })
     }
 
+    /// Whether the measured position is within the tolerance of the goal.
+    pub fn is_near_goal(&self) -> bool {
+        let left_m = (self.goal.position - self.visible.pose.position()).norm();
+        left_m <= self.settings.xy_goal_tolerance
+    }
+
     /// Angle from the measured yaw to that of the goal, radians; `None` within the tolerance, or for a goal without a yaw.
     pub fn turn_left_rad(&self) -> Option<f64> {
         let left_rad = self.goal.yaw.map(|yaw| wrap_angle(yaw - self.visible.pose.yaw));

@@ -52,8 +52,8 @@ pub struct GroundTruth {
 }
 
 impl GroundTruth {
-    /// The state of a robot of which no more is known than what it observes, and a measured motion. The pose of a lost robot is no place
-    /// on the map: it has no gap there.
+    /// The state of a robot as it observes it, with a measured motion. The pose of a lost robot is no place on the map: it has no gap
+    /// there.
     pub(crate) fn of(observation: &Observation, twist: Twist) -> Self {
         let Observation { pose, lost, .. } = *observation;
         let gap_m = lost.map(|_| f64::INFINITY);

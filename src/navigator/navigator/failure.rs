@@ -114,9 +114,7 @@ impl Navigator {
             )),
             None => None,
         };
-        let turned =
-            state.turn_left_rad().filter(|_| straight_m <= self.settings.xy_goal_tolerance);
-        let turned = turned.map(|left_rad| {
+        let turned = state.turn_left_rad().filter(|_| state.is_near_goal()).map(|left_rad| {
             format!("the robot is at the goal, and must turn by {left_rad:.2} rad to its yaw")
         });
         let dust = self.dust.heavy_share().map(|share| {
