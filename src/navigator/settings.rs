@@ -14,8 +14,8 @@ settings! {
         /// Where the goal has a yaw, the robot must stand within this of it.
         pub yaw_goal_tolerance: f64 = 0.1, ["rad", above 0 to pi];
         /// Within `xy_goal_tolerance` the robot parks: it tries to stand within this distance of the goal. A robot that stands within
-        /// four times this distance when it gets the goal stays there. One that people made leave its goal parks within half of the
-        /// goal's tolerances when it is back.
+        /// four times this distance when it gets the goal stays there. One that people made leave its goal parks within the goal's
+        /// tolerances when it is back. A moving robot brakes once it would stand within half of them.
         pub xy_parking_tolerance: f64 = 0.006, ["m", above 0 to 10000];
         /// Parking tries to stand within this of the goal's yaw.
         pub yaw_parking_tolerance: f64 = 0.003, ["rad", above 0 to pi];
@@ -94,7 +94,8 @@ settings! {
         /// Time from the request for a plan until the robot follows it; planning runs on its own thread.
         pub planning_budget_s: f64 = 0.1, ["s", 0 to 10000];
         /// Whether the control loop waits for a plan that takes longer than that. A simulated run is then the same at
-        /// each repetition. A real robot ignores this setting: it never waits, and takes the plan when it is ready.
+        /// each repetition. The commands that drive a real robot ignore this setting: they never wait, and take the plan when it is
+        /// ready. A program that drives one by its own loop switches it off.
         pub wait_for_plans: bool = true;
         /// Longest duration of a decision, such as 0.05; a later decision is not sent. Without a value no decision of a
         /// simulated robot is late, and a run is the same at each repetition; a real robot has one control period.

@@ -283,6 +283,11 @@ impl<'a> State<'a> {
         })
     }
 
+    /// Distance to the local target, metres.
+    pub fn to_target_m(&self) -> f64 {
+        (self.now.pose.position() - self.local_target).norm()
+    }
+
     /// Whether the measured position is within the tolerance of the goal.
     pub fn is_near_goal(&self) -> bool {
         let left_m = (self.goal.position - self.visible.pose.position()).norm();

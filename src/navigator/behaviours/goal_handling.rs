@@ -91,7 +91,8 @@ impl Behaviour for GoalHandling {
             }
         }
         let limits = limits_in_sight(state);
-        let inputs = (settings, &limits, state.tick.period_s());
+        // A loop that is slower than its period keeps each command for longer.
+        let inputs = (settings, &limits, state.tick.elapsed_s());
         let Some(wanted) = self.parking.next(motion, goal, inputs) else {
             return stand(Mode::Arrived, Override::Never);
         };

@@ -9,7 +9,7 @@ use core::f64::consts::{FRAC_PI_2, TAU};
 use super::super::condition_timer::ConditionTimer;
 use super::super::{Goal, NavigatorSettings};
 use super::rotate_in_place::{RATE_PER_RAD, rotation};
-use crate::geometry::{Pose, Twist, wrap_angle};
+use crate::geometry::{Point, Pose, Twist, wrap_angle};
 use crate::robot::Limits;
 
 /// Time within which the tolerances grow by themselves, seconds: a robot must not chase a pose that it does not know so well.
@@ -17,8 +17,8 @@ const TOLERANCE_GROWTH_S: f64 = 10.0;
 /// A robot that stands within this many times the tolerances, and within those of the goal, when parking begins may have parked
 /// there before: it stays. If only its yaw differs, it turns first.
 const STAYED_GROWTH: f64 = 4.0;
-/// A robot that people made leave its goal parks within this share of the goal's tolerances: they may come again.
-const HURRIED_SHARE: f64 = 0.5;
+/// A moving robot brakes once it would stand within this share of the tolerances. The rest is for the noise of the pose.
+const BRAKES_WITHIN: f64 = 0.5;
 /// Speed for each metre left, 1/s. Slow enough for a base that answers within 0.2 s.
 const SPEED_PER_M: f64 = 1.5;
 /// The robot stops to aim where the goal lies this far off its nose or tail, radians, and drives on below the second angle.
@@ -68,10 +68,18 @@ pub(super) struct Parking {
     has_stayed: bool,
     /// Factor of the least speeds: the base may need more than the settings say.
     raised: f64,
-    /// Share of the goal's tolerances that is enough.
-    goal_share: f64,
+    precision: Precision,
     /// The sign of the shorter turn to the yaw, if the robot turns the other way round.
     turned_from: Option<f64>,
+}
+
+/// What parking must reach.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Precision {
+    /// The tolerances of parking, which grow to those of the goal.
+    Parking,
+    /// The tolerances of the goal: people made the robot leave it, and may come again.
+    Goal,
 }
 
 /// How the present motion ends.
@@ -98,7 +106,7 @@ impl Default for Parking {
             left: 0.0,
             has_stayed: true,
             raised: 1.0,
-            goal_share: 0.0,
+            precision: Precision::Parking,
             turned_from: None,
         }
     }
@@ -115,15 +123,15 @@ struct Context<'a> {
 }
 
 impl Parking {
-    /// Parks as precisely as the settings want, or, `is_hurried`, within a part of the goal's tolerances.
+    /// Parks as precisely as the settings want, or, `is_hurried`, within the goal's tolerances.
     pub fn new(is_hurried: bool) -> Self {
-        let goal_share = if is_hurried { HURRIED_SHARE } else { 0.0 };
-        Self { goal_share, ..Self::default() }
+        let precision = if is_hurried { Precision::Goal } else { Precision::Parking };
+        Self { precision, ..Self::default() }
     }
 
-    /// Whether a part of the goal's tolerances is enough.
+    /// Whether the goal's tolerances are enough.
     pub fn is_hurried(&self) -> bool {
-        self.goal_share > 0.0
+        self.precision == Precision::Goal
     }
 
     /// Whether parking has begun.
@@ -226,16 +234,23 @@ impl Parking {
             least_rate: self.raised * settings.min_rotational_vel,
             is_at_rest,
         };
-        let goal_share = self.goal_share;
+        let precision = self.precision;
         // A correction is not finer than the motion of one control period.
         let tolerance = |wanted: f64, least: f64, of_goal: f64| {
-            (wanted.max(0.5 * least * period_s) * growth).max(goal_share * of_goal)
+            let finest = wanted.max(0.5 * least * period_s);
+            let coarsest = finest.max(of_goal);
+            match precision {
+                Precision::Parking => coarsest.min(finest * growth),
+                Precision::Goal => coarsest,
+            }
         };
         let (least_speed, least_rate) = (context.least_speed, context.least_rate);
         let tolerance_m =
             tolerance(settings.xy_parking_tolerance, least_speed, settings.xy_goal_tolerance);
-        let stops_within = self.is_hurried() && !is_at_rest;
-        if stops_within && !self.is_at_position && away_m <= tolerance_m {
+        let ahead_m = braking(motion.twist.linear, limits.decel_lim_x);
+        let ends_at = motion.pose.transform(&Point::new(ahead_m, 0.0));
+        let ends_within = (goal.position - ends_at).norm() <= BRAKES_WITHIN * tolerance_m;
+        if !is_at_rest && !self.is_at_position && ends_within {
             return Some(self.stop(None));
         }
         if is_at_rest {
@@ -257,7 +272,8 @@ impl Parking {
         if is_at_rest && is_at_yaw {
             return None;
         }
-        if stops_within && is_at_yaw {
+        let left_rad = error - braking(motion.twist.angular, limits.decel_lim_theta);
+        if !is_at_rest && left_rad.abs() <= BRAKES_WITHIN * tolerance_rad {
             return Some(self.stop(None));
         }
         Some(self.turn(&context, error))
@@ -286,7 +302,7 @@ impl Parking {
         let away_m = to_goal.to_vector().norm();
         let stops_in_time = (-limits.decel_lim_x * away_m).sqrt();
         let wanted = (SPEED_PER_M * away_m).min(stops_in_time).min(fastest);
-        let left_m = left(sign * to_goal.x, sign * motion.twist.linear, limits.decel_lim_x);
+        let left_m = sign * (to_goal.x - braking(motion.twist.linear, limits.decel_lim_x));
         let speed = self.speed(context, left_m, wanted, context.least_speed.min(fastest));
         let steers = self.phase == Phase::Steering;
         let command = Twist::new(sign * speed, if steers { RATE_PER_RAD * error } else { 0.0 });
@@ -297,8 +313,8 @@ impl Parking {
     fn turn(&mut self, context: &Context<'_>, error: f64) -> Twist {
         let Context { motion, limits, .. } = *context;
         let wanted = rotation(error, limits).angular.abs();
-        let rate = motion.twist.angular * error.signum();
-        let left_rad = left(error.abs(), rate, limits.decel_lim_theta);
+        let braked = error - braking(motion.twist.angular, limits.decel_lim_theta);
+        let left_rad = braked * error.signum();
         let least = context.least_rate.min(limits.max_vel_theta);
         let rate = self.speed(context, left_rad, wanted, least);
         self.keep(context, Twist::new(0.0, rate.copysign(error)))
@@ -358,9 +374,9 @@ impl Parking {
     }
 }
 
-/// The distance or angle left, less what braking at a deceleration, below zero, takes.
-fn left(distance: f64, speed: f64, deceleration: f64) -> f64 {
-    distance + speed.max(0.0) * speed / (2.0 * deceleration)
+/// The distance or angle that braking from a speed takes, in its direction. The deceleration is below zero.
+fn braking(speed: f64, deceleration: f64) -> f64 {
+    -speed * speed.abs() / (2.0 * deceleration)
 }
 
 #[cfg(test)]

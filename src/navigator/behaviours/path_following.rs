@@ -7,7 +7,7 @@ use super::super::staging::LeadingEnd;
 use super::super::state::State;
 use super::super::{Decision, Fault, Mode};
 use super::{Behaviour, Override, Proposal};
-use crate::geometry::{Point, Pose, Twist};
+use crate::geometry::{Pose, Twist};
 use crate::local::{DecisionInput, LocalPlanner, LocalSettings};
 use crate::robot::{Footprint, Limits};
 
@@ -15,9 +15,9 @@ use crate::robot::{Footprint, Limits};
 const CREEPING: f64 = 0.05;
 /// Share of the braking deceleration that the approach to the goal uses.
 const APPROACH: f64 = 0.6;
-/// Lowest speed limit near the goal, or near the local target in a narrow passage, m/s.
+/// Lowest speed limit near the goal, or near the local target past people, m/s.
 const MIN_APPROACH_SPEED: f64 = 0.1;
-/// Shortest horizon near the goal, seconds.
+/// Shortest horizon near the local target, seconds.
 const MIN_HORIZON_S: f64 = 0.5;
 
 /// Longest horizon past a person who comes, seconds: the path bends to the side and back, and a longer arc does not.
@@ -35,9 +35,14 @@ impl Behaviour for PathFollowing {
         let sim_time_s = if is_past_people { usual_s.min(ASIDE_HORIZON_S) } else { usual_s };
         let view = View::new(state);
         let limits = view.limits(state, sim_time_s);
-        let to_goal_s = horizon_to_goal_s(state, limits.max_vel_x);
-        let ends_beyond_goal = to_goal_s < sim_time_s;
-        if state.is_narrow || is_past_people || ends_beyond_goal {
+        // Beyond its target the directions to it, and the distances, mean little: a longer horizon makes the robot creep towards a
+        // target that a corner hides until the robot is there.
+        let horizon_s = if is_past_people {
+            sim_time_s
+        } else {
+            (state.to_target_m() / limits.max_vel_x).max(MIN_HORIZON_S).min(sim_time_s)
+        };
+        if state.is_narrow || is_past_people || horizon_s < sim_time_s && is_goal_in_sight(state) {
             // Every way in has little clearance: with that weight the robot turns away from the entrance, or creeps. Near the goal it
             // would drive past it, for the sake of small differences.
             weights.clearance = 0.0;
@@ -59,7 +64,7 @@ impl Behaviour for PathFollowing {
             weights,
         };
         self.planner.set_tick_time(state.tick);
-        self.planner.set_horizon(to_goal_s.min(sim_time_s));
+        self.planner.set_horizon(horizon_s);
         let decided = self.planner.decide(&input);
         self.planner.set_horizon(usual_s);
         let (command, evaluation) = decided.map_err(Fault::Choose)?;
@@ -89,14 +94,9 @@ impl Behaviour for PathFollowing {
     }
 }
 
-/// The time in which a robot at this speed, m/s, reaches its goal, seconds, where that is its target and in sight. A longer horizon ends
-/// beyond the goal: from there all directions to it, and the distances, mean little.
-fn horizon_to_goal_s(state: &State<'_>, speed: f64) -> f64 {
-    let goal = &state.goal.position;
-    if state.is_narrow || state.local_target != *goal || !state.is_straight_clear_to(goal) {
-        return f64::INFINITY;
-    }
-    ((state.now.pose.position() - goal).norm() / speed).max(MIN_HORIZON_S)
+/// Whether the goal is the local target, and in sight.
+fn is_goal_in_sight(state: &State<'_>) -> bool {
+    state.local_target == state.goal.position && state.is_straight_clear_to(&state.local_target)
 }
 
 /// The robot as the local planner sees it. One that drives backwards looks the other way there, and has the same motions.
@@ -149,17 +149,15 @@ impl<'a> View<'a> {
     /// horizon in seconds.
     fn limits(&self, state: &State<'_>, horizon_s: f64) -> Limits {
         let limits = &self.base;
-        let distance_m = |place: &Point| (state.now.pose.position() - place).norm();
-        let to_goal_m = distance_m(&state.goal.position);
+        let to_goal_m = (state.now.pose.position() - state.goal.position).norm();
         let stops_in_time = (-2.0 * APPROACH * limits.decel_lim_x * to_goal_m).sqrt();
         let mut fastest = stops_in_time.max(MIN_APPROACH_SPEED);
         if state.inflated.within_a_margin {
             fastest = fastest.min(state.settings.passing_speed);
         }
-        if state.is_narrow || state.is_past_people() {
-            // Faster arcs end beyond the target. Only those that lead past the entrance are then admissible.
-            let to_target = distance_m(&state.local_target) / horizon_s;
-            fastest = fastest.min(to_target.max(MIN_APPROACH_SPEED));
+        if state.is_past_people() {
+            // Faster arcs end beyond the target.
+            fastest = fastest.min((state.to_target_m() / horizon_s).max(MIN_APPROACH_SPEED));
         }
         if let Some(safety) = state.passive_safety() {
             fastest = safety.fastest(fastest);

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::{CpuEngine, Sampling};
 use inbye::map::{GridFrame, ObstacleGrid, Scan};
-use inbye::navigator::{COMMAND_LIFETIME_S, Goal, Navigator, Observation, Waypoints};
+use inbye::navigator::{COMMAND_LIFETIME_S, Goal, Mode, Navigator, Observation, Waypoints};
 use inbye::runtime::{Config, MissionResult, Observer, TickEvent, TraceRow};
 use inbye::sim::{Simulation, dead_end};
 
@@ -156,20 +156,28 @@ fn braking_navigator(vx_samples: u32, vtheta_samples: u32) -> Navigator {
     navigator.expect("a path through free space")
 }
 
+/// All that a robot measures at a time, seconds; its lidar sees nothing within range.
+fn observation(time_s: f64, pose: Pose, twist: Twist) -> Observation {
+    let ranges = vec![f64::INFINITY; 63];
+    Observation {
+        time_s,
+        pose,
+        pose_s: time_s,
+        lost: None,
+        twist,
+        odometry_s: time_s,
+        scan: Scan { angle_increment: 0.1, range_max: 2.0, ranges, ..Scan::default() },
+        scan_s: time_s,
+        scan_changed_s: time_s,
+        sent: None,
+    }
+}
+
 /// Lets decisions take these shares of the deadline and returns the sampling density for the next one.
 fn after(navigator: &mut Navigator, shares: impl IntoIterator<Item = f64>) -> (u32, u32) {
-    let observation = Observation {
-        time_s: 0.0,
-        pose: Pose::new(3.0, 5.0, 0.0),
-        pose_s: 0.0,
-        lost: None,
-        twist: Twist::STOP,
-        odometry_s: 0.0,
-        scan: Scan::default(),
-        scan_s: 0.0,
-        scan_changed_s: 0.0,
-        sent: None,
-    };
+    let scan = Scan::default();
+    let observation = observation(0.0, Pose::new(3.0, 5.0, 0.0), Twist::STOP);
+    let observation = Observation { scan, ..observation };
     for share in shares {
         let mut readings_s = [0.0, share].into_iter();
         navigator.step_by(&observation, &mut || readings_s.next().unwrap_or(share));
@@ -219,4 +227,24 @@ fn long_slack_raises_the_level_by_one() {
     assert_eq!(after(&mut navigator, [0.1; 200]), (20, 40));
     let stats = navigator.deadline_stats().expect("there is a deadline");
     assert_eq!(stats.lowest.vtheta_samples, 10);
+}
+
+/// A loop that is slower than its period keeps each command for longer. The robot must not drive to and fro at its goal.
+#[test]
+fn robot_of_a_slow_loop_parks() {
+    for loop_s in [0.1, 0.2, 0.3] {
+        let mut navigator = braking_navigator(20, 40);
+        let (mut pose, mut twist, mut time_s) = (Pose::new(3.0, 5.0, 0.0), Twist::STOP, 0.0);
+        loop {
+            let decision = navigator.step(&observation(time_s, pose, twist));
+            if decision.mode == Mode::Arrived {
+                break;
+            }
+            twist = decision.command;
+            pose = pose.after(&twist, loop_s);
+            time_s += loop_s;
+            assert!(time_s < 12.0, "{loop_s} s: {:?} at {pose:?}", decision.mode);
+        }
+        assert!((pose.x - 7.0).abs() < 0.02, "{loop_s} s: {pose:?}");
+    }
 }

@@ -17,11 +17,16 @@ const PERIOD_S: f64 = 0.1;
 
 /// Parks a base. Returns the pose and the twist where it was parked, and the time, seconds.
 fn park(base: &Base, start: Pose, goal: Goal) -> (Pose, Twist, f64) {
-    park_by(Parking::default(), base, start, goal)
+    park_by(Parking::default(), &NavigatorSettings::default(), base, start, goal)
 }
 
-fn park_by(mut parking: Parking, base: &Base, start: Pose, goal: Goal) -> (Pose, Twist, f64) {
-    let settings = NavigatorSettings::default();
+fn park_by(
+    mut parking: Parking,
+    settings: &NavigatorSettings,
+    base: &Base,
+    start: Pose,
+    goal: Goal,
+) -> (Pose, Twist, f64) {
     let (mut pose, mut twist) = (start, Twist::STOP);
     let mut sent = Twist::STOP;
     let mut late = std::collections::VecDeque::from(vec![Twist::STOP; base.late_ticks]);
@@ -29,7 +34,7 @@ fn park_by(mut parking: Parking, base: &Base, start: Pose, goal: Goal) -> (Pose,
     for tick in 0..600 {
         let time_s = f64::from(tick) * PERIOD_S;
         let motion = Motion { time_s, pose: &pose, twist: &twist, measured: &twist, sent: &sent };
-        let next = parking.next(motion, &goal, (&settings, &base.limits, PERIOD_S));
+        let next = parking.next(motion, &goal, (settings, &base.limits, PERIOD_S));
         let Some(wanted) = next else {
             return (pose, twist, time_s);
         };
@@ -80,18 +85,39 @@ fn parking_reaches_position_and_yaw_from_all_directions_at_each_deadband() {
 }
 
 #[test]
-fn hurried_robot_parks_sooner_within_a_part_of_the_tolerances_of_its_goal() {
+fn hurried_robot_parks_sooner_within_the_tolerances_of_its_goal() {
     let base = Base { limits: Limits::default(), deadband: DEADBAND, late_ticks: 1 };
     for (yaw, most_off) in [(None, 0.0), (Some(1.5), 0.05), (Some(-2.5), 0.05)] {
         let goal = Goal { position: Point::new(0.9, 0.1), yaw };
-        let (end, twist, took_s) = park_by(Parking::new(true), &base, Pose::default(), goal);
+        let (hurried, settings) = (Parking::new(true), NavigatorSettings::default());
+        let (end, twist, took_s) = park_by(hurried, &settings, &base, Pose::default(), goal);
         let (.., usual_s) = park(&base, Pose::default(), goal);
         assert_eq!(twist, Twist::STOP);
-        assert!(took_s < usual_s - 1.0, "{took_s} s instead of {usual_s} s");
+        assert!(took_s < usual_s - 0.9, "{took_s} s instead of {usual_s} s");
         assert!((end.position() - goal.position).norm() <= 0.125, "{end:?}");
         let off = yaw.map_or(0.0, |yaw| wrap_angle(yaw - end.yaw));
         assert!(off.abs() <= most_off, "{off} rad");
     }
+}
+
+/// A robot with coarse tolerances stops within them, and turns only as far as it must.
+#[test]
+fn robot_with_coarse_tolerances_brakes_within_them() {
+    let base = Base { limits: Limits::default(), deadband: DEADBAND, late_ticks: 1 };
+    let goal = Goal { position: Point::new(0.9, 0.1), yaw: Some(1.5) };
+    let coarse = NavigatorSettings {
+        xy_parking_tolerance: 0.2,
+        yaw_parking_tolerance: 0.08,
+        ..NavigatorSettings::default()
+    };
+    let parking = Parking::default();
+    let (end, twist, took_s) = park_by(parking, &coarse, &base, Pose::default(), goal);
+    let (.., usual_s) = park(&base, Pose::default(), goal);
+    assert_eq!(twist, Twist::STOP);
+    assert!(took_s < usual_s - 0.9, "{took_s} s instead of {usual_s} s");
+    let off_m = (end.position() - goal.position).norm();
+    assert!((0.01..=0.2).contains(&off_m), "{end:?}");
+    assert!((end.yaw - 1.5).abs() <= 0.08, "{end:?}");
 }
 
 /// The tolerances grow while a robot parks. The same goal again must not make it correct the rest.
