@@ -108,12 +108,8 @@ pub fn scan(
     let ranges = real_array::<Ix1>("ranges", ranges)?.as_array().iter().copied().collect();
     let Numbers([x, y]) = lidar_position.unwrap_or(Numbers([0.0; 2]));
     let scan = Scan { origin: Point::new(x, y), angle_min, angle_increment, range_max, ranges };
-    if scan.is_valid() {
-        return Ok(scan);
-    }
-    Err(raise(
-        "lidar_position, angle_min, angle_increment and range_max must be finite, angle_increment and range_max above zero",
-    ))
+    scan.validate().map_err(raise)?;
+    Ok(scan)
 }
 
 /// An argument as an array of real numbers, from an array of any real type or from sequences.

@@ -39,7 +39,7 @@ pub(crate) use object_runs::object_runs;
 pub(crate) use ray_caster::{RayCaster, RayEnd};
 #[cfg(feature = "sim")]
 pub(crate) use scan::is_measurement;
-pub use scan::{Beam, Scan, TimedScan};
+pub use scan::{Beam, Scan, ScanError, TimedScan};
 pub use scan_change::ScanChange;
 pub use zone_masks::{Mask, MaskError, MaskFault};
 pub use zones::Zones;

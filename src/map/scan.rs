@@ -19,7 +19,34 @@ pub struct Scan {
     pub ranges: Vec<f64>,
 }
 
+/// What is wrong with a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScanError {
+    /// A coordinate of the lidar is not finite.
+    #[error("the place of the lidar is not finite")]
+    Place,
+    /// The direction of the first beam is not finite.
+    #[error("angle_min of the scan is not finite")]
+    FirstAngle,
+    /// The angle between beams is not finite, or not above zero.
+    #[error("angle_increment of the scan is not finite and above zero")]
+    AngleIncrement,
+    /// The largest range is not finite, or not above zero.
+    #[error("range_max of the scan is not finite and above zero")]
+    LargestRange,
+    /// The beams span more than [`Scan::MOST_TURNS`], as those of angles in degrees do.
+    #[error(
+        "the beams of the scan span more than {} turns: angles are in radians",
+        Scan::MOST_TURNS
+    )]
+    TooWide,
+}
+
 impl Scan {
+    /// A full turn, and some beams more: the first and the last one of some lidars overlap.
+    pub const MOST_TURNS: f64 = 1.1;
+
     /// Creates a full-turn scan of `beams` equal angles from measurements of a lidar at the robot's origin in any direction, each a
     /// direction in radians and a range in metres. Each beam has its smallest range, or NaN without a measurement. A range that is
     /// NaN, zero or below, and a direction that is not finite, are no measurement. For a lidar elsewhere, measure in its own frame,
@@ -80,17 +107,25 @@ impl Scan {
         self.angle_min + beam as f64 * self.angle_increment
     }
 
-    /// Whether the lidar has a place, every beam a direction, and the sensor a largest range above zero. A scan without beams is
-    /// valid.
-    #[must_use]
-    pub fn is_valid(&self) -> bool {
-        self.ranges.is_empty()
-            || (is_place(&self.origin)
-                && self.angle_min.is_finite()
-                && self.angle_increment.is_finite()
-                && self.angle_increment > 0.0
-                && self.range_max.is_finite()
-                && self.range_max > 0.0)
+    /// Checks that the lidar has a place, that the beams have directions within about a turn, and that the sensor has a largest range.
+    /// A scan without beams is valid.
+    ///
+    /// # Errors
+    /// The first value that is wrong.
+    pub fn validate(&self) -> Result<(), ScanError> {
+        let is_positive = |value: f64| value.is_finite() && value > 0.0;
+        let turns = self.ranges.len().saturating_sub(1) as f64 * self.angle_increment / TAU;
+        match self {
+            Self { ranges, .. } if ranges.is_empty() => Ok(()),
+            Self { origin, .. } if !is_place(origin) => Err(ScanError::Place),
+            Self { angle_min, .. } if !angle_min.is_finite() => Err(ScanError::FirstAngle),
+            Self { angle_increment, .. } if !is_positive(*angle_increment) => {
+                Err(ScanError::AngleIncrement)
+            }
+            Self { range_max, .. } if !is_positive(*range_max) => Err(ScanError::LargestRange),
+            _ if turns > Self::MOST_TURNS => Err(ScanError::TooWide),
+            _ => Ok(()),
+        }
     }
 
     /// Whether a range is that of a return: above zero and at most [`Self::range_max`].

@@ -12,7 +12,7 @@ use super::frozen_scan::FrozenScan;
 use super::scan_health::ScanHealth;
 use crate::geometry::{Pose, Twist, Vector};
 use crate::localization::LostReason;
-use crate::map::{RayCaster, Scan};
+use crate::map::{RayCaster, Scan, ScanError};
 use crate::navigator::RobotModel;
 use crate::robot::{Limits, is_plausible};
 
@@ -69,7 +69,7 @@ pub struct Observation {
 }
 
 impl Observation {
-    /// Whether every number that a decision depends on is finite. Ranges may be infinite (no return) or NaN (no measurement).
+    /// Whether times, pose and speeds are finite.
     fn is_finite(&self) -> bool {
         self.time_s.is_finite()
             && self.pose_s.is_finite()
@@ -79,7 +79,6 @@ impl Observation {
             && self.pose.is_finite()
             && self.twist.is_finite()
             && self.sent.as_ref().is_none_or(Twist::is_finite)
-            && self.scan.is_valid()
     }
 }
 
@@ -87,12 +86,12 @@ impl Observation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, thiserror::Error)]
 #[non_exhaustive]
 pub enum ObservationFault {
-    /// A time, pose, speed, or the place or an angle of the scan is not a finite number, or the scan's angle between beams or largest
-    /// range is not above zero.
-    #[error(
-        "time, pose, speed, the lidar's place or the scan's angles are not finite, or its angle_increment or range_max is not above zero"
-    )]
+    /// A time, a part of the pose or a speed is not a finite number.
+    #[error("a time, the pose or a speed is not finite")]
     NotFinite,
+    /// The scan has no place or no directions.
+    #[error("{0}")]
+    InvalidScan(ScanError),
     /// The odometry reports a speed above 100 m/s, or a turn rate above 100 rad/s.
     #[error("odometry reports a speed or turn rate that no base reaches")]
     TooFast,
@@ -148,6 +147,7 @@ impl Serialize for ObservationFault {
     fn serialize<S: Serializer>(&self, out: S) -> Result<S::Ok, S::Error> {
         let name = match self {
             Self::NotFinite => "not_finite",
+            Self::InvalidScan(_) => "invalid_scan",
             Self::TooFast => "too_fast",
             Self::ClockJump => "clock_jump",
             Self::NoScan => "no_scan",
@@ -251,6 +251,7 @@ impl ObservationValidator {
         if !seen.is_finite() {
             return Err(ObservationFault::NotFinite);
         }
+        seen.scan.validate().map_err(ObservationFault::InvalidScan)?;
         if !is_plausible(&seen.twist) {
             return Err(ObservationFault::TooFast);
         }

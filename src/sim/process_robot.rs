@@ -180,12 +180,7 @@ fn step(
     if !state.true_pose.is_finite() || !state.true_twist.is_finite() {
         return Err("the true pose is not finite".to_owned());
     }
-    if !state.scan.is_valid() {
-        return Err(
-            "`scan`: origin and angle_min must be finite, angle_increment and range_max above zero"
-                .to_owned(),
-        );
-    }
+    state.scan.validate().map_err(|error| format!("`scan`: {error}"))?;
     Ok((state, radii_m))
 }
 

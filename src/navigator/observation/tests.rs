@@ -216,7 +216,7 @@ fn blind_lidar_is_a_fault_and_a_later_scan_is_valid() {
 
 #[test]
 fn each_number_must_be_finite() {
-    let changes: [fn(&mut Observation); 10] = [
+    let changes: [fn(&mut Observation); 8] = [
         |seen| seen.sent = Some(Twist::new(f64::NAN, 0.0)),
         |seen| seen.time_s = f64::NAN,
         |seen| seen.pose_s = f64::NEG_INFINITY,
@@ -225,11 +225,26 @@ fn each_number_must_be_finite() {
         |seen| seen.scan_changed_s = f64::INFINITY,
         |seen| seen.pose.yaw = f64::NAN,
         |seen| seen.twist.angular = f64::NAN,
-        |seen| seen.scan.range_max = f64::NAN,
-        |seen| seen.scan.angle_increment = 0.0,
     ];
     for (number, change) in changes.iter().enumerate() {
         assert_eq!(Check::second(change), Some(ObservationFault::NotFinite), "{number}");
+    }
+}
+
+#[test]
+fn scan_without_directions_is_a_fault_that_names_its_cause() {
+    type Change = fn(&mut Scan);
+    let changes: [(Change, ScanError); 5] = [
+        (|scan| scan.origin.x = f64::NAN, ScanError::Place),
+        (|scan| scan.angle_min = f64::INFINITY, ScanError::FirstAngle),
+        (|scan| scan.angle_increment = -0.1, ScanError::AngleIncrement),
+        (|scan| scan.range_max = f64::NAN, ScanError::LargestRange),
+        // Degrees.
+        (|scan| scan.angle_increment = scan.angle_increment.to_degrees(), ScanError::TooWide),
+    ];
+    for (change, error) in changes {
+        let found = Check::second(|seen| change(&mut seen.scan));
+        assert_eq!(found, Some(ObservationFault::InvalidScan(error)));
     }
 }
 

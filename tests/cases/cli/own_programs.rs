@@ -157,6 +157,7 @@ fn program_that_cannot_be_used_is_unusable_input() {
     for (option, expected) in [
         ("--controller ./missing", "(os error 2), in the working folder /"),
         ("--controller no-such-program", "(os error 2), in the folders of PATH"),
+        ("--controller ./libmine.so", "`inbye-controller-host ./libmine.so`"),
         ("--controller 'sh missing.sh'", "(in the working folder /"),
         ("--controller 'sh old.sh'", "speaks protocol 0, this inbye speaks 1"),
         ("--global-planner 'sh missing.sh'", "INVALID_PLANNER"),
@@ -293,7 +294,7 @@ fn simulator_that_fails_ends_the_drive_with_its_reason() {
     let (status, object) = driven(&place, "--simulator 'sh stands.sh'");
     assert_eq!(status, 2, "{object}");
     let message = text(&object["error"], "message");
-    assert!(message.contains("angle_increment and range_max above zero"), "{message}");
+    assert!(message.contains("range_max of the scan is not finite and above zero"), "{message}");
 }
 
 /// A program that cannot be used is no planner that drives badly.

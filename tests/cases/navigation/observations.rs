@@ -2,7 +2,7 @@
 
 use inbye::geometry::{Point, Pose, Twist};
 use inbye::local::CpuEngine;
-use inbye::map::{GridFrame, ObstacleGrid, Scan};
+use inbye::map::{GridFrame, ObstacleGrid, Scan, ScanError};
 use inbye::navigator::{Goal, Mode, Navigator, Observation, ObservationFault, Waypoints};
 use inbye::runtime::Config;
 
@@ -62,7 +62,8 @@ fn scan_whose_largest_range_is_not_above_zero_is_a_fault() {
         let mut observation = observation(0.0, Twist::STOP);
         observation.scan.range_max = range_max;
         let decision = navigator.step(&observation);
-        assert_eq!(navigator.observation_fault(), Some(ObservationFault::NotFinite), "{range_max}");
+        let fault = ObservationFault::InvalidScan(ScanError::LargestRange);
+        assert_eq!(navigator.observation_fault(), Some(fault), "{range_max}");
         assert_eq!((decision.mode, decision.command), (Mode::SensorFault, Twist::STOP));
     }
 }

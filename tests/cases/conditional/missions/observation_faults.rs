@@ -2,6 +2,7 @@
 
 use inbye::geometry::{Pose, Twist};
 use inbye::localization::LostReason;
+use inbye::map::ScanError;
 use inbye::navigator::{Decision, Fault, Mode, Observation, ObservationFault};
 
 use super::Test;
@@ -9,6 +10,7 @@ use super::script::{Script, straight};
 
 pub const TESTS: &[Test] = &[
     ("numbers that are not finite brake the robot and fail the mission when they last", not_finite),
+    ("scan in degrees brakes the robot and fails the mission when it lasts", degrees),
     ("old scan brakes the robot until there is a new one", old_scan),
     ("old odometry and an old pose brake the robot", old_odometry_and_pose),
     ("pose that jumps is rejected unless it stays", jumps),
@@ -32,7 +34,7 @@ fn under_way() -> Script {
 }
 
 fn not_finite() {
-    let faults: [fn(&mut Observation); 12] = [
+    let faults: [fn(&mut Observation); 9] = [
         |seen| seen.pose.x = f64::NAN,
         |seen| seen.pose.y = f64::INFINITY,
         |seen| seen.pose.yaw = f64::NAN,
@@ -42,9 +44,6 @@ fn not_finite() {
         |seen| seen.scan_s = f64::INFINITY,
         |seen| seen.odometry_s = f64::NAN,
         |seen| seen.pose_s = f64::NEG_INFINITY,
-        |seen| seen.scan.angle_min = f64::NAN,
-        |seen| seen.scan.angle_increment = 0.0,
-        |seen| seen.scan.range_max = f64::NAN,
     ];
     for (number, disturb) in faults.iter().enumerate() {
         drives_on_after_a_few_and_fails_after_many(ObservationFault::NotFinite, &|_, seen| {
@@ -52,6 +51,14 @@ fn not_finite() {
         })
         .unwrap_or_else(|what| panic!("fault {number}: {what}"));
     }
+}
+
+fn degrees() {
+    let too_wide = ObservationFault::InvalidScan(ScanError::TooWide);
+    drives_on_after_a_few_and_fails_after_many(too_wide, &|_, seen| {
+        seen.scan.angle_increment = seen.scan.angle_increment.to_degrees();
+    })
+    .unwrap_or_else(|what| panic!("{what}"));
 }
 
 /// Changes an observation, given the number of the tick since the begin of the disturbance.
