@@ -74,7 +74,7 @@ pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
         }
         thread::sleep(POLL_INTERVAL);
     }
-    stop_robot(&core, &mut link, &mut clock);
+    stop_robot(&mut core, &mut link, &mut clock);
     report(&core, &link)?;
     Ok(true)
 }
@@ -181,16 +181,16 @@ fn publish(link: &mut NetworkLink, outgoing: Outgoing, base_frame: &str) {
     others.for_each(|frame| link.send(frame));
 }
 
-/// Publishes the last zeros. If the network process is down, it is started for them.
-fn stop_robot(core: &NodeCore, link: &mut NetworkLink, clock: &mut dyn FnMut() -> f64) {
-    if let Some(zero) = core.final_command() {
+/// Publishes the last zeros and the end of the goal. If the network process is down, it is started for them.
+fn stop_robot(core: &mut NodeCore, link: &mut NetworkLink, clock: &mut dyn FnMut() -> f64) {
+    if core.final_command().is_some() {
         let until_s = clock() + RECOVER_S;
         while !link.is_up() && clock() < until_s {
-            link.poll(clock());
+            receive(core, link.poll(clock()));
             thread::sleep(POLL_INTERVAL);
         }
-        link.send(ToNetwork::Command(TwistStamped::new(&zero, now(), core.base_frame())));
     }
+    publish(link, core.shut_down(now().seconds()), core.base_frame());
     let until_s = clock() + END_S;
     while !link.close() && clock() < until_s {
         thread::sleep(POLL_INTERVAL);

@@ -32,11 +32,11 @@ use super::arguments::{EngineArguments, duration, whole};
     zero while map, scan or odometry are missing, or while a scan (scan_timeout_s), the odometry (odometry_timeout_s) or a transform \
     on tf (transform_timeout_s) is too old. It continues afterwards. Ages are those of the stamps: synchronise the clocks of all \
     machines (chrony, NTP). Messages whose stamps are more than max_clock_ahead_s in the future are rejected. Simulated time (use_sim_time) is not supported. The node \
-    aborts the goal if scans are missing for longer than sensor_fault_patience_s. For a new goal the robot stops before it plans; when the \
-    map changes it continues to drive and plans in the background. The same goal again, within a tenth of the goal tolerances, does not stop it. An orientation of four zeros leaves the goal's yaw free. After a \
-    goal the node publishes zero for a second, and at its own end for 0.25 s.\n\
+    aborts the goal if scans are missing for longer than sensor_fault_patience_s. When a new goal comes or the \
+    map changes, the robot continues to drive and the node plans in the background. A goal within a tenth of the goal tolerances of the present one is not a new one. An orientation of four zeros leaves the goal's yaw free. After a \
+    goal the node publishes zero for a second, and at its own end for 0.25 s. At its end it aborts its goal.\n\
     ROS_DOMAIN_ID selects the domain. ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, or ROS_LOCALHOST_ONLY=1, restricts discovery to \
-    this machine. DDS runs in a separate process with a memory limit (network_memory_mib). If that process ends or hangs, the robot \
+    this machine. SUBNET and SYSTEM_DEFAULT are the default; OFF is an error. DDS runs in a separate process with a memory limit (network_memory_mib). If that process ends or hangs, the robot \
     brakes to zero and the process is started again. If the node itself ends or hangs, that process publishes zeros. For the time \
     in between, the base must have its own timeout on cmd_vel. The program must be built with `--features ros2`; it needs no ROS installation."
 )]

@@ -4,7 +4,7 @@ use std::env::{self, VarError};
 use std::io::{stdin, stdout};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use inbye::ros::msg::Time;
 use inbye::ros::node::dds::{DdsSettings, Rmw};
 use inbye::ros::node::network::run_bridge;
@@ -51,7 +51,11 @@ pub fn dds_settings(arguments: &NodeArguments) -> anyhow::Result<DdsSettings> {
     let namespace = if arguments.namespace == "/" { "" } else { &*arguments.namespace };
     namespace.clone_into(&mut settings.namespace);
     settings.domain = domain()?;
-    settings.localhost_only = is_localhost_only();
+    let variable = |name| env::var(name).unwrap_or_default();
+    settings.localhost_only = is_localhost_only(
+        &variable("ROS_AUTOMATIC_DISCOVERY_RANGE"),
+        &variable("ROS_LOCALHOST_ONLY"),
+    )?;
     settings.stamped = arguments.stamped;
     settings.is_managed = arguments.lifecycle.managed;
     settings.rmw = rmw(&env::var("RMW_IMPLEMENTATION").unwrap_or_default())?;
@@ -93,9 +97,26 @@ fn domain() -> anyhow::Result<u16> {
     }
 }
 
-fn is_localhost_only() -> bool {
-    let is = |name: &str, value: &str| env::var(name).is_ok_and(|found| found == value);
-    is("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST") || is("ROS_LOCALHOST_ONLY", "1")
+/// Whether discovery is restricted to this machine, by the values of `ROS_AUTOMATIC_DISCOVERY_RANGE` and `ROS_LOCALHOST_ONLY`. An
+/// empty value is the default.
+fn is_localhost_only(range: &str, localhost_only: &str) -> anyhow::Result<bool> {
+    let is_local_range = match range {
+        "LOCALHOST" => true,
+        "" | "SUBNET" | "SYSTEM_DEFAULT" => false,
+        "OFF" => bail!(
+            "ROS_AUTOMATIC_DISCOVERY_RANGE is OFF: the node cannot switch discovery off; it must be LOCALHOST, SUBNET or \
+             SYSTEM_DEFAULT"
+        ),
+        other => bail!(
+            "ROS_AUTOMATIC_DISCOVERY_RANGE is `{}`: it must be LOCALHOST, SUBNET or SYSTEM_DEFAULT",
+            other.escape_debug()
+        ),
+    };
+    match localhost_only {
+        "1" => Ok(true),
+        "" | "0" => Ok(is_local_range),
+        other => bail!("ROS_LOCALHOST_ONLY is `{}`: it must be 0 or 1", other.escape_debug()),
+    }
 }
 
 #[cfg(test)]
@@ -110,5 +131,27 @@ mod tests {
         assert_eq!(rmw("rmw_cyclonedds_cpp").ok(), Some(Rmw::CycloneDds));
         let error = rmw("foo").expect_err("no implementation").to_string();
         assert!(error.starts_with("RMW_IMPLEMENTATION is `foo`: it must be "), "{error}");
+    }
+
+    #[test]
+    fn range_of_discovery_is_local_or_the_default_or_an_error() {
+        for (range, only, expected) in [
+            ("", "", false),
+            ("SUBNET", "0", false),
+            ("SYSTEM_DEFAULT", "", false),
+            ("LOCALHOST", "", true),
+            ("", "1", true),
+            ("SUBNET", "1", true),
+        ] {
+            assert_eq!(is_localhost_only(range, only).ok(), Some(expected), "{range} {only}");
+        }
+        for (range, only, words) in [
+            ("OFF", "", "is OFF: the node cannot switch discovery off; it must be LOCALHOST"),
+            ("localhost", "", "is `localhost`: it must be LOCALHOST, SUBNET or SYSTEM_DEFAULT"),
+            ("", "yes", "ROS_LOCALHOST_ONLY is `yes`: it must be 0 or 1"),
+        ] {
+            let error = is_localhost_only(range, only).expect_err(words).to_string();
+            assert!(error.contains(words), "{error}");
+        }
     }
 }

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use toml::Value;
 
+use super::footprint::FOOTPRINT;
 use super::parameter_file::Parameter;
 use super::{Import, Mapped, MappedSetting, Nav2Error, Unmapped, UnmappedReason};
 use crate::base::BaseConfig;
@@ -14,6 +15,8 @@ use crate::suggest::in_one_line;
 
 /// Shortest lookahead of an imported robot, metres: the default of Nav2's regulated pure pursuit.
 const MIN_LOOKAHEAD_M: f64 = 0.6;
+/// The first line of settings without a footprint.
+const NO_FOOTPRINT: &str = "# Warning: no costmap has a footprint or a robot_radius: robot.footprint keeps its default of 0.7 x 0.5 m.\n\n";
 const HALF_OF_IT: &str = "at most half of the distance driven within it";
 
 /// How several parameters of one setting are combined.
@@ -137,9 +140,15 @@ impl ConfigBuilder {
         }
     }
 
+    /// Whether a setting has a value.
+    pub fn has(&self, setting: &str) -> bool {
+        self.settings.contains_key(setting)
+    }
+
     /// The validated configuration.
     pub fn finish(mut self, ignored_nodes: Vec<String>) -> Result<Import, Nav2Error> {
         self.derive_lookahead();
+        let base_config = self.base_config()?;
         let (mapped, defaults) = (self.mapped(true), self.mapped(false));
         if mapped.is_empty() {
             return Err(self.nothing_mapped());
@@ -147,10 +156,11 @@ impl ConfigBuilder {
         for mapped in &mapped {
             self.unmapped.remove(&mapped.parameter);
         }
-        let config = self.toml(&Config::keys());
-        let base_config = self.toml(&BaseConfig::keys());
+        let mut config = self.toml(&Config::keys());
         self.validate(&config, Config::validate)?;
-        self.validate(&base_config, BaseConfig::validate)?;
+        if !self.has(FOOTPRINT) {
+            config = [NO_FOOTPRINT, &config].concat();
+        }
         Ok(Import {
             config,
             base_config,
@@ -159,6 +169,28 @@ impl ConfigBuilder {
             unmapped: self.unmapped.into_values().collect(),
             ignored_nodes,
         })
+    }
+
+    /// The settings of the base. Each that is out of range is left out, and its parameters are listed.
+    fn base_config(&mut self) -> Result<String, Nav2Error> {
+        let keys = BaseConfig::keys();
+        loop {
+            let text = self.toml(&keys);
+            let Err(error) = self.validate(&text, BaseConfig::validate) else {
+                return Ok(text);
+            };
+            let Nav2Error::OutOfRange { reason, .. } = &error else {
+                return Err(error);
+            };
+            let named =
+                keys.iter().find(|known| self.has(&known.key) && is_named(reason, &known.key));
+            let Some(setting) = named.and_then(|known| self.settings.remove(&*known.key)) else {
+                return Err(error);
+            };
+            for source in setting.sources {
+                self.add_unmapped(source.path, UnmappedReason::OutOfRange, reason.as_str());
+            }
+        }
     }
 
     /// Why no parameter is mapped: a plugin that is not supported, any other parameter, or none at all.
@@ -262,15 +294,18 @@ impl ConfigBuilder {
 
     /// The parameters of the settings that an error message names.
     fn causes(&self, message: &str) -> String {
-        let words: Vec<&str> =
-            message.split(|letter: char| !(letter.is_alphanumeric() || letter == '_')).collect();
-        let is_named = |key: &str| words.contains(&key.rsplit('.').next().unwrap_or(key));
         let paths: Vec<&str> = self
             .settings
             .iter()
-            .filter(|(key, _)| is_named(key))
+            .filter(|(key, _)| is_named(message, key))
             .flat_map(|(_, setting)| setting.sources.iter().map(|source| source.path.as_str()))
             .collect();
         paths.join(", ")
     }
+}
+
+/// Whether a message names a setting.
+fn is_named(message: &str, key: &str) -> bool {
+    let mut words = message.split(|letter: char| !(letter.is_alphanumeric() || letter == '_'));
+    words.any(|word| key.rsplit('.').next() == Some(word))
 }

@@ -12,6 +12,8 @@ use crate::geometry::Point;
 use crate::map::yaml;
 use crate::robot::Polygon;
 
+/// The setting that follows from the parameters.
+pub(super) const FOOTPRINT: &str = "robot.footprint";
 /// Maximum number of values in the text of a polygon.
 const MAX_VALUES: usize = 3000;
 /// Nav2's default of `footprint_padding`, metres.
@@ -30,11 +32,12 @@ pub(super) fn import_footprint(
     let polygon = if is_empty {
         None
     } else {
-        parameters.take(
+        let corners = parameters.take(
             "footprint",
             "at least three corners within 100 m, such as \"[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]\"",
             corners,
-        )?
+        )?;
+        corners.map(polygon).transpose()?
     };
     let shape = if let Some(polygon) = polygon {
         Some(polygon.map(Shape::Polygon))
@@ -59,12 +62,12 @@ pub(super) fn import_footprint(
         }
         Shape::Round(radius) => (toml_disc(radius + padding_m), "one disc", "added to the radius"),
     };
-    builder.set("robot.footprint", shape.map(|_| value.clone()), note);
+    builder.set(FOOTPRINT, shape.map(|_| value.clone()), note);
     if let Some(padding) = padding {
-        builder.set("robot.footprint", padding.map(|_| value), padding_note);
+        builder.set(FOOTPRINT, padding.map(|_| value), padding_note);
     } else if let Some(path) = parameters.path_of("footprint_padding") {
         let note = format!("{NAV2_DEFAULT}, {DEFAULT_PADDING_M} m, {padding_note}");
-        builder.set_default("robot.footprint", Parameter { path, value }, &note);
+        builder.set_default(FOOTPRINT, Parameter { path, value }, &note);
     }
     Ok(())
 }
@@ -77,12 +80,19 @@ enum Shape {
 }
 
 /// The corners of a polygon, in a text as in Nav2, or in a list.
-fn corners(value: &Value) -> Option<Polygon> {
-    let corners: Vec<Point> = match value {
-        Value::String(text) => yaml::parse(text, MAX_VALUES).ok()?,
-        list => serde_json::from_value(list.clone()).ok()?,
-    };
-    Polygon::new(corners).ok()
+fn corners(value: &Value) -> Option<Vec<Point>> {
+    match value {
+        Value::String(text) => yaml::parse(text, MAX_VALUES).ok(),
+        list => serde_json::from_value(list.clone()).ok(),
+    }
+}
+
+fn polygon(corners: Parameter<Vec<Point>>) -> Result<Parameter<Polygon>, Nav2Error> {
+    let Parameter { path, value } = corners;
+    match Polygon::new(value) {
+        Ok(value) => Ok(Parameter { path, value }),
+        Err(error) => Err(Nav2Error::BadFootprint { parameter: path, reason: error.to_string() }),
+    }
 }
 
 /// A polygon with each corner moved away from both axes, as Nav2 pads it.

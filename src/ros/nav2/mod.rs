@@ -1,5 +1,5 @@
-//! Imports Nav2 parameter files: DWB, MPPI, speeds of Regulated Pure Pursuit, rotation shim, velocity smoother, the footprint of the local costmap, and the goal
-//! and progress checkers.
+//! Imports Nav2 parameter files: DWB, MPPI, speeds of Regulated Pure Pursuit, rotation shim, velocity smoother, the footprint of the
+//! local or the global costmap, and the goal and progress checkers.
 //!
 //! Names and meanings are those of Nav2's configuration guide (docs.nav2.org, 2026) and of the parameter files in
 //! `nav2_bringup`. Every parameter of an imported node is either mapped to settings or listed with the reason.
@@ -34,9 +34,10 @@ const NODES: [(&str, NodeImport); 3] = [
         rules::apply(parameters, &[tables::LOCAL_COSTMAP], builder)
     }),
 ];
-/// The node whose costmap filters are listed; its other parameters are ignored.
+/// The node whose costmap filters are listed. Its footprint is imported if the local costmap has none; else its other parameters are
+/// ignored.
 const GLOBAL_COSTMAP: &str = "global_costmap";
-/// A node whose settings have the same form here.
+/// A node whose polygons have a similar form here.
 const COLLISION_MONITOR: &str = "collision_monitor";
 
 /// Imports the text of a `nav2_params.yaml`: the parameters of the robot in a namespace, or of the only robot.
@@ -55,21 +56,27 @@ pub fn import(text: &str, namespace: Option<&str>) -> Result<Import, Nav2Error> 
             continue;
         };
         for (path, by) in overridden {
-            let explanation = format!("{by} overrides it");
+            let explanation = format!("{by} comes later in the file and overrides it");
             builder.add_unmapped(path, UnmappedReason::NotInEffect, explanation);
         }
         import(parameters, &mut builder)?;
     }
+    let mut names = [names.as_slice(), &[COLLISION_MONITOR]].concat();
     if let Some((mut parameters, _)) = file.node(&namespace, GLOBAL_COSTMAP) {
         costmap_filters::list(&mut parameters, &mut builder);
+        let has_shape =
+            ["footprint", "robot_radius"].iter().any(|name| parameters.peek(name).is_some());
+        if has_shape && !builder.has(footprint::FOOTPRINT) {
+            rules::apply(parameters, &[tables::LOCAL_COSTMAP], &mut builder)?;
+            names.push(GLOBAL_COSTMAP);
+        }
     }
     if let Some((parameters, _)) = file.node(&namespace, COLLISION_MONITOR) {
         for (_, path) in parameters.unused() {
-            let explanation = "the import leaves it out: write its polygons into [collision_monitor] of the settings, in the same form";
+            let explanation = "the import leaves it out: write each of its polygons into collision_monitor.polygons of the settings, with name, action_type and points = [[x, y], ...]";
             builder.add_unmapped(path, UnmappedReason::NotSupported, explanation);
         }
     }
-    let names = [names.as_slice(), &[COLLISION_MONITOR]].concat();
     builder.finish(file.ignored_nodes(&namespace, &names))
 }
 
@@ -139,6 +146,8 @@ pub enum UnmappedReason {
     NotSupported,
     /// Another parameter overrides it.
     NotInEffect,
+    /// Its value is out of the range of the base's setting.
+    OutOfRange,
     /// The parameter is unknown.
     Unknown,
 }
@@ -150,6 +159,7 @@ impl Display for UnmappedReason {
             Self::DifferentMeaning => "different meaning",
             Self::NotSupported => "not supported",
             Self::NotInEffect => "not in effect",
+            Self::OutOfRange => "out of range",
             Self::Unknown => "unknown",
         })
     }
@@ -211,6 +221,14 @@ pub enum Nav2Error {
         value: String,
         /// The valid values.
         expected: &'static str,
+    },
+    /// The footprint is not a polygon of a body.
+    #[error("{parameter}: {reason}")]
+    BadFootprint {
+        /// Path of the parameter.
+        parameter: String,
+        /// What is wrong with it.
+        reason: String,
     },
     /// A value is out of the range of its setting.
     #[error("{parameters}: out of range: {reason}")]

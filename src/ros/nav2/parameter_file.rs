@@ -1,11 +1,13 @@
 //! The parameters of ROS 2 nodes in a YAML file: namespaces, wildcards, nested keys.
 //!
 //! The parameters of a node are below `ros__parameters`. The keys above it are the node's namespace and name, nested or joined
-//! by slashes. The name `/**` matches every node; a node's own parameters override it. A `*` within a name is no wildcard. Keys of
-//! parameters may be nested or joined by dots: for ROS both are equal.
+//! by slashes. The name `/**` matches every node. All sections that match a node count in the order of the file, and the last value
+//! wins, as in `rclcpp`. A `*` within a name is no wildcard. Keys of parameters may be nested or joined by dots: for ROS both are equal.
 
+use core::fmt::{self, Formatter};
 use std::collections::{BTreeMap, BTreeSet};
 
+use serde::de::{Deserialize, Deserializer, MapAccess, Visitor};
 use serde_json::{Map, Value};
 
 use super::Nav2Error;
@@ -20,7 +22,7 @@ const PARAMETERS_KEY: &str = "ros__parameters";
 /// The values that a finite number permits, in words.
 pub(super) const NUMBER: &str = "a finite number";
 
-/// The nodes of a file.
+/// The nodes of a file, in its order.
 pub(super) struct ParameterFile(Vec<Node>);
 
 struct Node {
@@ -34,7 +36,7 @@ struct Node {
 
 impl ParameterFile {
     pub fn parse(text: &str) -> Result<Self, Nav2Error> {
-        let root: Map<String, Value> = yaml::parse(text, MAX_VALUES)
+        let root: Sections = yaml::parse(text, MAX_VALUES)
             .map_err(|BadYaml { line, reason }| Nav2Error::BadYaml { line, reason })?;
         let mut nodes = Vec::new();
         collect(&root, &[], &mut nodes)?;
@@ -72,11 +74,9 @@ impl ParameterFile {
     pub fn node(&self, namespace: &str, name: &str) -> Option<(Parameters, Vec<(String, String)>)> {
         let mut parameters: BTreeMap<String, Parameter<Value>> = BTreeMap::new();
         let mut overridden = Vec::new();
-        let mut matching: Vec<&Node> =
-            self.0.iter().filter(|node| node.matches(namespace, name)).collect();
-        // The most general first: the others override it.
-        matching.sort_by_key(|node| (!is_wild(&node.name), !is_wild(&node.namespace)));
-        for node in &matching {
+        let mut is_found = false;
+        for node in self.0.iter().filter(|node| node.matches(namespace, name)) {
+            is_found = true;
             for (key, value) in &node.parameters {
                 let path = format!("{}.{key}", node.path);
                 let parameter = Parameter { path: path.clone(), value: value.clone() };
@@ -85,7 +85,7 @@ impl ParameterFile {
                 }
             }
         }
-        (!matching.is_empty()).then(|| (Parameters::new(parameters), overridden))
+        is_found.then(|| (Parameters::new(parameters), overridden))
     }
 
     /// The paths of the nodes with other names or namespaces.
@@ -116,20 +116,62 @@ fn is_wild(name: &str) -> bool {
     name.split('/').any(|name| matches!(name, "*" | "**"))
 }
 
-/// Collects the nodes in a mapping and its nested mappings.
+/// The sections of a file or of a namespace, in the order of the file, which the mappings of `serde_json` do not keep.
+struct Sections(Vec<(String, Section)>);
+
+enum Section {
+    Parameters(Value),
+    Below(Sections),
+}
+
+impl<'de> Deserialize<'de> for Sections {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SectionsVisitor)
+    }
+}
+
+struct SectionsVisitor;
+
+impl<'de> Visitor<'de> for SectionsVisitor {
+    type Value = Sections;
+
+    fn expecting(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str("a namespace or a node with `ros__parameters`")
+    }
+
+    fn visit_unit<E>(self) -> Result<Sections, E> {
+        Ok(Sections(Vec::new()))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Sections, A::Error> {
+        let mut sections = Vec::new();
+        while let Some(key) = map.next_key::<String>()? {
+            let section = if key == PARAMETERS_KEY {
+                Section::Parameters(map.next_value()?)
+            } else {
+                Section::Below(map.next_value()?)
+            };
+            sections.push((key, section));
+        }
+        Ok(Sections(sections))
+    }
+}
+
+/// Collects the nodes of sections, in their order.
 fn collect(
-    mapping: &Map<String, Value>,
+    Sections(sections): &Sections,
     above: &[&str],
     nodes: &mut Vec<Node>,
 ) -> Result<(), Nav2Error> {
-    for (key, value) in mapping {
-        let Value::Object(below) = value else {
-            continue;
+    for (key, section) in sections {
+        let below = match section {
+            Section::Below(below) => {
+                collect(below, &[above, &[key.as_str()]].concat(), nodes)?;
+                continue;
+            }
+            Section::Parameters(Value::Object(below)) => below,
+            Section::Parameters(_) => continue,
         };
-        if key != PARAMETERS_KEY {
-            collect(below, &[above, &[key.as_str()]].concat(), nodes)?;
-            continue;
-        }
         let names: Vec<&str> =
             above.iter().flat_map(|name| name.split('/')).filter(|name| !name.is_empty()).collect();
         let path = above.join(".");
@@ -316,5 +358,17 @@ mod tests {
         let mut ignored = file.ignored_nodes("robot1", &names);
         ignored.sort_unstable();
         assert_eq!(ignored, ["/control*", "/robot", "/robot*/controller_server"]);
+    }
+
+    /// As in `rclcpp`: a wildcard after a node's own section overrides it.
+    #[test]
+    fn last_matching_section_wins() {
+        let (own, any) = ("b/a: {ros__parameters: {x: 1}}\n", "/**: {ros__parameters: {x: 2}}\n");
+        for (text, value) in [([own, any].concat(), 2), ([any, own].concat(), 1)] {
+            let file = ParameterFile::parse(&text).expect("a valid file");
+            let (parameters, overridden) = file.node("b", "a").expect("it has the node");
+            assert_eq!(parameters.peek("x"), Some(&Value::from(value)));
+            assert_eq!(overridden.len(), 1, "{overridden:?}");
+        }
     }
 }

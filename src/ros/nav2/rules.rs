@@ -52,6 +52,8 @@ pub(super) enum Conversion {
     Period,
     /// An angle, at most pi.
     Angle,
+    /// A truth value to a speed of zero.
+    NoReverse,
     /// An element of `[x, y, theta]`.
     Element(usize),
     NegatedElement(usize),
@@ -141,6 +143,9 @@ impl Mapping {
             Conversion::Angle => {
                 parameters.take(name, NUMBER, |value| finite(value).map(|angle| angle.min(PI)))
             }
+            Conversion::NoReverse => {
+                parameters.take(name, "true or false", |value| value.as_bool().map(|_| 0.0))
+            }
             Conversion::Period => parameters.take(name, "a number of Hz above zero", |value| {
                 let hertz = finite(value).filter(|&hertz| hertz > 0.0);
                 let (shortest_s, longest_s) = NodeConfig::PERIODS_S.into_inner();
@@ -216,6 +221,24 @@ fn matches(pattern: &str, name: &str) -> bool {
         (None, Some(start)) => name.starts_with(start),
         (None, None) => name == pattern,
     }
+}
+
+/// Warns of a motion model of MPPI that this program does not have.
+pub(super) fn motion_model(
+    parameters: &mut Parameters,
+    builder: &mut ConfigBuilder,
+) -> Result<(), Nav2Error> {
+    if parameters.peek_text("motion_model").is_none_or(|model| model == "DiffDrive") {
+        return Ok(());
+    }
+    let model = |value: &Value| value.as_str().map(str::to_owned);
+    if let Some(Parameter { path, value }) = parameters.take("motion_model", "a text", model)? {
+        let explanation = format!(
+            "warning: {value} is not supported: inbye drives only robots with tracks or a differential drive, which turn on the spot"
+        );
+        builder.add_unmapped(path, UnmappedReason::NotSupported, explanation);
+    }
+    Ok(())
 }
 
 /// Nav2's defaults of MPPI's `model_dt`, seconds, and `time_steps`: their product is the horizon.

@@ -3,9 +3,13 @@
 use super::UnmappedReason::{DifferentMeaning, NoEquivalent, NotInEffect, NotSupported};
 use super::footprint::import_footprint;
 use super::parameter_file::Parameters;
-use super::rules::Conversion::{Angle, Count, Element, Negated, NegatedElement, Number, Period};
+use super::rules::Conversion::{
+    Angle, Count, Element, Negated, NegatedElement, NoReverse, Number, Period,
+};
 use super::rules::Rule::{self, Derive, Leave};
-use super::rules::{at_least, at_most, mppi_horizon, mppi_samples, rotation_thresholds, set};
+use super::rules::{
+    at_least, at_most, motion_model, mppi_horizon, mppi_samples, rotation_thresholds, set,
+};
 
 const NO_TOPICS: &str = "the program has no ROS topics for it";
 const NO_TF: &str = "the planner gets poses, not tf frames";
@@ -23,13 +27,15 @@ const NO_TERM: &str = "there is no such term";
 pub(super) const COMMON: &[Rule] = &[
     Leave("plugin", NoEquivalent, "it selects a plugin of Nav2"),
     Leave("use_sim_time", NoEquivalent, "the program does not use the ROS clock"),
+    Leave("speed_limit_topic", NoEquivalent, "`inbye node` reads `speed_limit` in its namespace"),
+    Leave("odom_topic", NoEquivalent, "`inbye node` reads `odom` in its namespace"),
     Leave("*_topic", NoEquivalent, NO_TOPICS),
     Leave("topic", NoEquivalent, NO_TOPICS),
     Leave("*_frame", NoEquivalent, NO_TF),
     Leave("*transform_tolerance", NoEquivalent, NO_TF),
-    Leave("bond_*", NoEquivalent, "there is no lifecycle manager"),
+    Leave("bond_*", NoEquivalent, "`inbye node --managed` has no bond: its lifecycle manager needs bond_timeout 0.0"),
     Leave("use_realtime_priority", NoEquivalent, "the process keeps its priority"),
-    Leave("introspection_mode", NoEquivalent, "there are no ROS actions"),
+    Leave("introspection_mode", NoEquivalent, "the action of `inbye node` has no introspection"),
 ];
 
 #[rustfmt::skip]
@@ -46,7 +52,7 @@ pub(super) const CONTROLLER_SERVER: &[Rule] = &[
     Leave("goal_checker_plugins", NoEquivalent, PLUGIN_NAMES),
     Leave("controller_plugins", NoEquivalent, PLUGIN_NAMES),
     Leave("publish_zero_velocity", NoEquivalent, "the base always gets zero velocity at the end"),
-    Leave("action_server_result_timeout", NoEquivalent, "there are no ROS actions"),
+    Leave("action_server_result_timeout", NoEquivalent, "`inbye node` keeps the results of the last 16 goals"),
     Leave("enable_stamped_cmd_vel", NoEquivalent, "it is an option of `inbye node`"),
     Leave("search_window", NoEquivalent, PATH_PROGRESS),
 ];
@@ -144,6 +150,10 @@ fn has_desired_speed(parameters: &Parameters) -> bool {
     parameters.peek("desired_linear_vel").is_some() || parameters.peek("max_linear_vel").is_none()
 }
 
+fn never_reverses(parameters: &Parameters) -> bool {
+    parameters.peek("allow_reversing") != Some(&serde_json::Value::Bool(true))
+}
+
 /// Nav2's Regulated Pure Pursuit: only its limits have a meaning for the dynamic window. The highest speed is `desired_linear_vel` in older
 /// versions, `max_linear_vel` in newer ones.
 #[rustfmt::skip]
@@ -151,7 +161,9 @@ pub(super) const PURE_PURSUIT: &[Rule] = &[
     at_most("desired_linear_vel", "robot.limits.max_vel_x").or_default(0.5).when(has_desired_speed),
     at_most("max_linear_vel", "robot.limits.max_vel_x"),
     at_most("max_angular_vel", "robot.limits.max_vel_theta"),
-    Leave("*", NotSupported, "of Regulated Pure Pursuit: the import supports only its highest speeds"),
+    at_least("allow_reversing", "robot.limits.min_vel_x").convert(NoReverse, "false: no reverse").or_default(0.0).when(never_reverses),
+    Leave("allow_reversing", NoEquivalent, "true: the robot reverses at up to robot.limits.min_vel_x, which keeps its value"),
+    Leave("*", NotSupported, "of Regulated Pure Pursuit: the import supports only its highest speeds and allow_reversing"),
 ];
 
 const WINDOW_GRID: &str =
@@ -185,6 +197,7 @@ pub(super) const MPPI: &[Rule] = &[
     Leave("open_loop", NoEquivalent, "decisions start from the measured speed"),
     Leave("retry_attempt_limit", NoEquivalent, "without an admissible sample the robot brakes and then escapes"),
     Leave("reset_period", NoEquivalent, "a decision keeps no state of the one before"),
+    Derive(&["motion_model"], motion_model),
     Leave("motion_model", NoEquivalent, DIFF_DRIVE),
     Leave("AckermannConstraints.*", NoEquivalent, "a tracked robot rotates in place"),
     Leave("*Constraints", NoEquivalent, DIFF_DRIVE),

@@ -15,6 +15,10 @@ const MAX_CANDIDATES: usize = 256;
 pub struct ArrivalDelay {
     /// Times of arrival with their delays, seconds. Delays increase: an earlier and larger one can never be the least.
     candidates: VecDeque<(f64, f64)>,
+    /// Arrival and stamp of the last message, seconds.
+    last: Option<(f64, f64)>,
+    /// The least time between two stamps, seconds: the sender's period.
+    period_s: Option<f64>,
 }
 
 impl ArrivalDelay {
@@ -33,6 +37,24 @@ impl ArrivalDelay {
         if self.candidates.len() < MAX_CANDIDATES {
             self.candidates.push_back((arrived_s, delay_s));
         }
+        let since_s =
+            self.last.map(|(_, last_s)| stamp_s - last_s).filter(|since_s| *since_s > 0.0);
+        self.period_s = since_s
+            .map(|since_s| self.period_s.map_or(since_s, |least_s| least_s.min(since_s)))
+            .or(self.period_s);
+        self.last = Some((arrived_s, stamp_s));
+    }
+
+    /// Whether the last message arrived at most this time ago, seconds.
+    #[must_use]
+    pub fn is_recent(&self, now_s: f64, limit_s: f64) -> bool {
+        self.last.is_some_and(|(arrived_s, _)| now_s - arrived_s <= limit_s)
+    }
+
+    /// The least age of the newest message just before the next one arrives, seconds; none before the first message.
+    #[must_use]
+    pub fn least_age_s(&self) -> Option<f64> {
+        Some(self.least_s()? + self.period_s.unwrap_or_default())
     }
 
     /// The least delay, seconds; none before the first message.
@@ -73,6 +95,17 @@ mod tests {
         delay.record(100.04, 100.0);
         assert!((delay.least_s().expect("a message") - 0.04).abs() < 1e-9);
         assert_eq!(delay.ahead_s(), 0.0);
+    }
+
+    #[test]
+    fn message_ages_until_the_next_one() {
+        let mut delay = ArrivalDelay::default();
+        for (stamp_s, least_age_s) in [(100.0, 0.25), (100.1, 0.35), (100.6, 0.35)] {
+            delay.record(stamp_s + 0.25, stamp_s);
+            let found_s = delay.least_age_s().expect("a message");
+            assert!((found_s - least_age_s).abs() < 1e-9, "{stamp_s}: {found_s}");
+        }
+        assert!(delay.is_recent(101.1, 0.3) && !delay.is_recent(101.2, 0.3));
     }
 
     /// Delays from before the node's own clock was set back do not count.

@@ -156,6 +156,11 @@ impl IncomingMessage {
     pub(super) const fn is_published(&self) -> bool {
         !matches!(self, Self::Unmatched { .. } | Self::OtherPublisher { .. })
     }
+
+    /// Whether the message is a goal.
+    pub(super) const fn is_goal(&self) -> bool {
+        matches!(self, Self::Goal(_) | Self::Navigate(_))
+    }
 }
 
 /// A map and its frame, in which the navigator works.

@@ -243,7 +243,12 @@ impl LatestInputs {
         })?;
         let odometry_s = odometry.stamp.seconds();
         if now_s - (odometry_s - self.odometry_delay.ahead_s()) > limits.odometry_s {
-            return Err(MissingInput::RecentOdometry);
+            let is_received = self.odometry_delay.is_recent(now_s, limits.odometry_s);
+            return Err(if is_received {
+                MissingInput::OldOdometry
+            } else {
+                MissingInput::RecentOdometry
+            });
         }
         let (frame, pose_s, lost) = match *odometry_frame {
             OdometryFrame::IsMap => (Pose::default(), now_s, None),

@@ -227,7 +227,8 @@ impl NodeCore {
         odometry.map_or("base_link", |odometry| &odometry.base_frame)
     }
 
-    /// Takes a message that arrived at a time, seconds. A rejected message is counted, and is a notice once for each cause.
+    /// Takes a message that arrived at a time, seconds. A rejected message is counted, and is a notice once for each cause;
+    /// a rejected goal is always one.
     pub fn receive(&mut self, now_s: f64, message: &IncomingMessage) {
         let topic = message.topic();
         let accepted = self.accept(now_s, message);
@@ -235,7 +236,7 @@ impl NodeCore {
             self.stats.count_message(topic, accepted.is_ok());
         }
         if let Err(error) = accepted {
-            self.notices.rejected(topic, &error);
+            self.notices.rejected(topic, message.is_goal(), &error);
         }
     }
 
@@ -396,7 +397,7 @@ impl NodeCore {
         outgoing
     }
 
-    /// The command with which the node must end: zero velocity, unless the node has never published a command.
+    /// The velocity with which the node must end: zero, unless the node has never published a command.
     #[must_use]
     pub fn final_command(&self) -> Option<Twist> {
         (self.stats.commands > 0).then_some(Twist::STOP)

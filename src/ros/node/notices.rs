@@ -70,6 +70,8 @@ pub enum MessageError {
         "it has {found} ranges, but {expected} beams from angle_min to angle_max by angle_increment"
     )]
     WrongBeamCount { found: usize, expected: f64 },
+    #[error("the beams span {turns:.1} turns: angles are in radians")]
+    TooManyTurns { turns: f64 },
     #[error(transparent)]
     OutOfRange(#[from] SettingError),
     #[error(
@@ -123,6 +125,8 @@ pub enum MissingInput {
     /// The last odometry is too old.
     #[error("odometry is no longer received")]
     RecentOdometry,
+    #[error("odometry is received, but its stamps are too old")]
+    OldOdometry,
     #[error("odometry is in the frame `{odometry}`, {}", .reason.of_odometry(.map))]
     Transform { odometry: String, map: String, reason: NoPose },
     /// A dynamic transform is too old.
@@ -137,6 +141,8 @@ pub enum MissingInput {
     /// The last scan is too old.
     #[error("scans are no longer received")]
     RecentScan,
+    #[error("scans are received, but their stamps are too old")]
+    OldScan,
 }
 
 /// Counters since the start of the node.
@@ -151,7 +157,7 @@ pub struct NodeStats {
     pub goals: u64,
     /// Reached goals.
     pub reached: u64,
-    /// Aborted goals, also those without a path.
+    /// Aborted goals, also those without a path and those that a newer goal replaced.
     pub aborted: u64,
     /// Published velocities.
     pub commands: u64,
@@ -216,9 +222,9 @@ impl Notices {
         take(&mut self.pending)
     }
 
-    /// A message is rejected. There is one notice for each topic and kind of error.
-    pub fn rejected(&mut self, topic: &'static str, error: &MessageError) {
-        if self.rejections.insert((topic, discriminant(error))) {
+    /// A message is rejected. There is one notice for each topic and kind of error, and one for each goal.
+    pub fn rejected(&mut self, topic: &'static str, is_goal: bool, error: &MessageError) {
+        if self.rejections.insert((topic, discriminant(error))) || is_goal {
             self.push(format!("a message on {topic} is rejected: {error}"));
         }
     }
@@ -255,18 +261,25 @@ impl Notices {
         self.is_place_blocked = is_blocked;
     }
 
-    /// Even the fastest recent message of a topic was late. Reports the first of them.
-    pub fn late(&mut self, topic: &'static str, least_delay_s: f64, limit_s: f64) {
-        if least_delay_s <= limit_s {
+    /// Even the fastest recent message of a topic is too old before the next one arrives. Reports the first of them.
+    pub fn late(
+        &mut self,
+        topic: &'static str,
+        least_delay_s: f64,
+        least_age_s: f64,
+        limit_s: f64,
+    ) {
+        if least_age_s <= limit_s {
             self.late_topics.remove(topic);
         } else if self.late_topics.insert(topic) {
             let cause = if least_delay_s > OTHER_EPOCH_S {
                 "the sender uses simulated time (use_sim_time), which is not supported, or its clock was never set"
             } else {
-                "the sender is slow, or its clock is behind; synchronise the clocks with chrony or NTP"
+                "the sender is slow or sends too rarely, or its clock is behind; synchronise the clocks with chrony or NTP"
             };
             self.push(format!(
-                "messages on {topic} are {least_delay_s:.2} s old when they arrive, the limit is {limit_s} s: {cause}"
+                "messages on {topic} are {least_delay_s:.2} s old when they arrive, and {least_age_s:.2} s before the next one, the \
+                 limit is {limit_s} s: {cause}"
             ));
         }
     }

@@ -1,5 +1,7 @@
 //! Converts a scan to the navigator's form: counter-clockwise, in the robot's frame.
 
+use core::f64::consts::TAU;
+
 use super::notices::MessageError;
 use crate::geometry::{Pose, Vector};
 use crate::localization::{DeskewedScan, PoseHistory};
@@ -29,6 +31,10 @@ pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
     let expected = ((last - first) / step).round() + 1.0;
     if found > 0 && (found as f64 - expected).abs() > BEAM_COUNT_TOLERANCE {
         return Err(MessageError::WrongBeamCount { found, expected });
+    }
+    let turns = found.saturating_sub(1) as f64 * step.abs() / TAU;
+    if turns > Scan::MOST_TURNS {
+        return Err(MessageError::TooManyTurns { turns });
     }
     let mut ranges: Vec<f64> = message
         .ranges

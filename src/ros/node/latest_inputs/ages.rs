@@ -106,6 +106,16 @@ fn input_from_a_clock_ahead_is_as_old_as_its_arrival() {
     assert_eq!(at(0.31).err(), Some(MissingInput::RecentOdometry));
 }
 
+/// Messages that arrive in time with old stamps are another fault than none.
+#[test]
+fn old_odometry_that_is_received_is_reported_as_such() {
+    let inputs = arrived(-0.25, 0.0);
+    let at = |after_s: f64| observe(&inputs, START_S + after_s, &OdometryFrame::IsMap).err();
+    assert_eq!(at(0.04), None);
+    assert_eq!(at(0.06), Some(MissingInput::OldOdometry));
+    assert_eq!(at(0.31), Some(MissingInput::RecentOdometry));
+}
+
 #[test]
 fn raw_scan_and_motion_of_a_clock_ahead_are_as_old_as_their_arrival() {
     let inputs = arrived(0.09, 0.08);

@@ -43,10 +43,10 @@ impl NodeCore {
         let ActionCancel { request, id, stamp } = request;
         let is_early = Time::from_seconds(self.accepted_s) <= stamp;
         let is_meant = if stamp.is_zero() { id == [0; 16] } else { is_early };
+        let is_open = self.has_open_goal();
         // A goal that has reached its end cannot be cancelled any more.
         let active = self.action.as_mut().filter(|goal| is_meant || goal.id == id);
-        let is_of_topic =
-            is_meant && active.is_none() && self.goal.is_some() && self.ended_s.is_none();
+        let is_of_topic = is_meant && active.is_none() && is_open;
         let accepted = active.is_some() || is_of_topic;
         let id = active.map_or(if is_of_topic { [0; 16] } else { id }, |goal| {
             goal.is_canceled = true;

@@ -42,9 +42,9 @@ impl NodeCore {
             ("scan", &self.inputs.scan_delay, settings.scan_timeout_s),
         ];
         for (topic, delay, limit_s) in delays {
-            if let Some(least_s) = delay.least_s() {
+            if let (Some(least_s), Some(age_s)) = (delay.least_s(), delay.least_age_s()) {
                 self.stats.least_delay_s.insert(topic, least_s);
-                self.notices.late(topic, least_s, limit_s);
+                self.notices.late(topic, least_s, age_s, limit_s);
             }
         }
     }

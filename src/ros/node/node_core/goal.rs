@@ -23,6 +23,7 @@ impl NodeCore {
         if is_repeated {
             return Ok(());
         }
+        self.stats.aborted += u64::from(self.has_open_goal());
         self.goal = Some((found, goal));
         let drives = self.ended_s.is_none() && self.navigator.is_some();
         (self.ended_s, self.without_scan_since_s) = (None, None);

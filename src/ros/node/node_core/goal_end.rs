@@ -35,6 +35,11 @@ impl NodeCore {
             })
     }
 
+    /// Whether the node has a goal that has not ended.
+    pub(super) const fn has_open_goal(&self) -> bool {
+        self.goal.is_some() && self.ended_s.is_none()
+    }
+
     pub(super) fn check_end(&mut self, now_s: f64, mode: Mode) {
         if self.ended_s.is_some() {
             return;

@@ -1,9 +1,9 @@
 //! The node as a managed one.
 
-use super::NodeCore;
+use super::{NodeCore, Outgoing};
 use crate::geometry::Twist;
 use crate::ros::convert::nanoseconds;
-use crate::ros::msg::{LifecycleAnswer, LifecycleRequest};
+use crate::ros::msg::{ActionEnd, LifecycleAnswer, LifecycleRequest};
 use crate::ros::node::action::UNKNOWN;
 use crate::ros::node::lifecycle::LifecycleState;
 use crate::ros::node::notices::MessageError;
@@ -34,15 +34,35 @@ impl NodeCore {
             self.lifecycle = next;
             self.finalized_s = (next == LifecycleState::Finalized).then_some(now_s);
             self.notices.push(format!("the node is {}", next.label()));
-            if next != LifecycleState::Active && self.goal.is_some() && self.ended_s.is_none() {
-                self.navigator = None;
-                self.abort(now_s, UNKNOWN, &"the node was deactivated");
+            if next != LifecycleState::Active {
+                self.abort_open_goal(now_s, "the node was deactivated");
             }
         }
         let transition = if next.is_some() { transition } else { 0 };
         let state = self.lifecycle.id();
         let nanoseconds = nanoseconds(now_s);
         self.states.push(LifecycleAnswer { request, transition, state, nanoseconds });
+    }
+
+    /// Returns the last messages of a node that ends now: zero velocity, and the end of its goal.
+    pub fn shut_down(&mut self, now_s: f64) -> Outgoing {
+        self.abort_open_goal(now_s, "the node was stopped");
+        // A cancelled goal, while the robot brakes.
+        self.end_action(ActionEnd::CANCELED, None);
+        Outgoing {
+            command: self.final_command(),
+            action: std::mem::take(&mut self.updates),
+            states: std::mem::take(&mut self.states),
+            notices: self.notices.take(),
+            ..Outgoing::default()
+        }
+    }
+
+    fn abort_open_goal(&mut self, now_s: f64, cause: &'static str) {
+        if self.has_open_goal() {
+            self.navigator = None;
+            self.abort(now_s, UNKNOWN, &cause);
+        }
     }
 
     /// Rejects a goal unless the node is active.

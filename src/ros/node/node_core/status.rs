@@ -34,8 +34,11 @@ impl NodeCore {
         let timeout_s = self.settings.config.navigator.scan_timeout_s;
         let missing = match inputs {
             Err(missing) => Some(missing),
-            Ok(_) if self.inputs.scan_age_s(now_s) > timeout_s => Some(&MissingInput::RecentScan),
-            Ok(_) => None,
+            Ok(_) if self.inputs.scan_age_s(now_s) <= timeout_s => None,
+            Ok(_) if self.inputs.scan_delay.is_recent(now_s, timeout_s) => {
+                Some(&MissingInput::OldScan)
+            }
+            Ok(_) => Some(&MissingInput::RecentScan),
         };
         let states = [
             self.protection.state().name(),

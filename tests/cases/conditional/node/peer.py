@@ -555,7 +555,7 @@ def missing_inputs(program):
 
 
 def invalid_messages(program):
-    """Invalid messages are rejected and reported once; the robot does not move."""
+    """Invalid messages are rejected and reported; the robot does not move."""
     robot = Robot()
     node = Program(program)
     best_effort = robot.writer("goal_pose", m.PoseStamped, Qos(Policy.Reliability.BestEffort))

@@ -48,17 +48,12 @@ fn invalid_values_are_rejected_with_their_path() {
             "max_vel_x: -0.2",
             "FollowPath.max_vel_x; max_vel_x is -0.2; 0 to 15.99",
         ),
-        (
-            "smoothing_frequency: 30.0",
-            "smoothing_frequency: 2.0",
-            "velocity_smoother.smoothing_frequency; rate_hz is 2; 10 to 1000",
-        ),
-        (
-            "deadband_velocity: [0.03",
-            "deadband_velocity: [3.0",
-            "velocity_smoother.deadband_velocity; deadband is 3",
-        ),
         ("[-0.35, 0.25] ]\"", "[-0.35] ]\"", "local_costmap.footprint; three corners"),
+        (
+            "[0.35, -0.25], [-0.35, -0.25]",
+            "[-0.35, -0.25], [0.35, -0.25]",
+            "local_costmap.footprint: the body's polygon is not valid: two of its edges cross",
+        ),
         ("footprint_padding: 0.02", "footprint_padding: -1", "footprint_padding is -1; 0 to 100"),
         (
             "PathDist.scale: 32.0",

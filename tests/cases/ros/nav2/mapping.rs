@@ -206,7 +206,7 @@ fn missing_limits_have_nav2_defaults() {
         format!("local_costmap:\n  local_costmap:\n    ros__parameters:\n      {lines}\n")
     };
     let (imported, config, _) = import_valid(&costmap("robot_radius: 0.3"), None);
-    assert_eq!(config.robot.footprint, Footprint::round(0.31).expect("above zero"));
+    assert_eq!(config.robot.footprint, Footprint::round(0.3 + 0.01).expect("above zero"));
     assert_eq!(imported.defaults[0].parameter, "local_costmap.local_costmap.footprint_padding");
     let given = costmap("robot_radius: 0.3\n      footprint_padding: 0.0");
     assert_eq!(
@@ -341,7 +341,91 @@ fn collision_monitor_is_referred_to_its_table() {
         let (reason, explanation) =
             unmapped(&imported, &["collision_monitor.", parameter].concat());
         assert_eq!(reason, UnmappedReason::NotSupported);
-        assert!(explanation.contains("[collision_monitor]"), "{explanation}");
+        assert!(explanation.contains("collision_monitor.polygons"), "{explanation}");
     }
     assert_eq!(imported.ignored_nodes, ["amcl"]);
+}
+
+/// The rest of the file is imported.
+#[test]
+fn base_value_out_of_range_is_listed_and_left_out() {
+    let text = DWB
+        .replace("smoothing_frequency: 30.0", "smoothing_frequency: 2.0")
+        .replace("deadband_velocity: [0.03", "deadband_velocity: [3.0");
+    let (imported, config, base) = import_valid(&text, None);
+    for (parameter, words) in
+        [("smoothing_frequency", "rate_hz is 2"), ("deadband_velocity", "deadband is 3")]
+    {
+        let path = format!("velocity_smoother.{parameter}");
+        let (reason, explanation) = unmapped(&imported, &path);
+        assert_eq!(reason, UnmappedReason::OutOfRange);
+        assert!(explanation.contains(words), "{explanation}");
+        assert!(imported.mapped.iter().all(|mapped| mapped.parameter != path));
+    }
+    let default = BaseConfig::default().supervisor.rate_hz;
+    assert_eq!((base.supervisor.rate_hz, base.supervisor.target_timeout_s), (default, 0.8));
+    assert_eq!(config.robot.limits.max_vel_x, 0.4);
+}
+
+/// Nav2's default of `allow_reversing` is false.
+#[test]
+fn pure_pursuit_reverses_only_where_it_is_allowed() {
+    for (line, is_forbidden) in
+        [("", true), ("allow_reversing: false", true), ("allow_reversing: true", false)]
+    {
+        let text = format!(
+            "controller_server:\n  ros__parameters:\n    FollowPath:\n      \
+             plugin: nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController\n      \
+             desired_linear_vel: 0.4\n      {line}\n"
+        );
+        let (imported, ..) = import_valid(&text, None);
+        assert_eq!(imported.config.contains("min_vel_x = 0.0"), is_forbidden, "{line}");
+    }
+}
+
+#[test]
+fn footprint_of_the_global_costmap_counts_where_the_local_one_has_none() {
+    let costmap = |name: &str, line: &str| {
+        format!("{name}:\n  {name}:\n    ros__parameters:\n      width: 3\n      {line}\n")
+    };
+    let global = costmap("global_costmap", "robot_radius: 0.4");
+    let (imported, config, _) = import_valid(&(costmap("local_costmap", "") + &global), None);
+    assert_eq!(config.robot.footprint, Footprint::round(0.4 + 0.01).expect("above zero"));
+    let source = "# From global_costmap.global_costmap.robot_radius (one disc).";
+    assert!(imported.config.contains(source), "{}", imported.config);
+    assert!(imported.ignored_nodes.is_empty(), "{:?}", imported.ignored_nodes);
+    let both = costmap("local_costmap", "robot_radius: 0.3") + &global;
+    let (imported, config, _) = import_valid(&both, None);
+    assert_eq!(config.robot.footprint, Footprint::round(0.31).expect("above zero"));
+    assert!(!imported.config.contains("Warning"), "{}", imported.config);
+    let none = "controller_server:\n  ros__parameters: {controller_frequency: 10.0}\n";
+    let (imported, config, _) = import_valid(none, None);
+    assert_eq!(config.robot.footprint, Config::default().robot.footprint);
+    assert!(imported.config.starts_with("# Warning: no costmap has a footprint"));
+}
+
+#[test]
+fn motion_model_without_rotation_on_the_spot_is_a_warning() {
+    for (model, reason) in [
+        ("DiffDrive", UnmappedReason::NoEquivalent),
+        ("Ackermann", UnmappedReason::NotSupported),
+        ("Omni", UnmappedReason::NotSupported),
+    ] {
+        let text = SHIM.replace("motion_model: \"DiffDrive\"", &format!("motion_model: {model}"));
+        let imported = import(&text, None).expect("a valid file");
+        let found = unmapped(&imported, "controller_server.FollowPath.motion_model");
+        assert_eq!(found.0, reason, "{model}: {}", found.1);
+    }
+}
+
+#[test]
+fn topics_of_the_node_are_named() {
+    let line = "controller_frequency: 20.0";
+    let topics = "odom_topic: odometry\n    speed_limit_topic: limit";
+    let text = DWB.replace(line, &format!("{line}\n    {topics}"));
+    let (imported, ..) = import_valid(&text, None);
+    for (parameter, topic) in [("odom_topic", "`odom`"), ("speed_limit_topic", "`speed_limit`")] {
+        let (_, explanation) = unmapped(&imported, &format!("controller_server.{parameter}"));
+        assert!(explanation.contains(topic), "{explanation}");
+    }
 }

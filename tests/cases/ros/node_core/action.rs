@@ -175,6 +175,8 @@ fn newer_goal_aborts_the_older_one() {
     assert_eq!(summary(&robot).1[1], (SECOND, ActionEnd::ABORTED, 9000));
     robot.until(900, |robot| robot.has_notice("reached the goal"));
     assert_eq!(summary(&robot).1.len(), 2);
+    let stats = robot.core.stats();
+    assert_eq!((stats.goals, stats.reached, stats.aborted), (3, 1, 2));
 }
 
 #[test]
@@ -197,6 +199,23 @@ fn cancelled_goal_that_is_replaced_ends_as_cancelled() {
     robot.receive(&navigate(SECOND, 2.0, 4.0));
     robot.step();
     assert_eq!(summary(&robot).1, [(FIRST, ActionEnd::CANCELED, 0)]);
+}
+
+#[test]
+fn node_that_is_stopped_ends_its_goal() {
+    for (is_cancelled, status, code) in
+        [(false, ActionEnd::ABORTED, 9000), (true, ActionEnd::CANCELED, 0)]
+    {
+        let mut robot = pursuing();
+        if is_cancelled {
+            robot.receive(&cancel(1, FIRST));
+        }
+        let outgoing = robot.core.shut_down(robot.now_s);
+        assert_eq!(outgoing.command, Some(Twist::STOP));
+        robot.actions.extend(outgoing.action);
+        assert_eq!(summary(&robot).1, [(FIRST, status, code)]);
+        assert_eq!(robot.core.stats().aborted, u64::from(!is_cancelled));
+    }
 }
 
 #[test]

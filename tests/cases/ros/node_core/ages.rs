@@ -74,6 +74,18 @@ fn robot_with_steadily_late_inputs_never_starts() {
     }
 }
 
+/// Scans that are 0.25 s old at their arrival are 0.35 s old before the next one comes.
+#[test]
+fn scans_that_become_too_old_before_the_next_one_are_reported() {
+    let mut robot = localized(0.0);
+    robot.scan_late_s = 0.25;
+    for _ in 0..5 {
+        robot.step();
+    }
+    let words = "messages on scan are 0.25 s old when they arrive, and 0.35 s before the next one, the limit is 0.3 s";
+    assert!(robot.has_notice(words), "{:?}", robot.notices);
+}
+
 #[test]
 fn robot_at_speed_stands_when_scans_become_two_seconds_old() {
     let mut robot = Robot::ready();
