@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, bail};
 use clap::Args;
 use inbye::input_file::list;
-use inbye::lidar_log::LidarLog;
+use inbye::lidar_log::{LidarLog, recording_files};
 
 use super::files::has_extension;
 use super::output;
@@ -43,6 +43,16 @@ impl LogFileArguments {
         }
         if path.is_dir() {
             files.retain(|file| has_extension(file, "mcap"));
+            if let Some(named) = recording_files(path)? {
+                for file in files.iter().filter(|file| !named.contains(file)) {
+                    output::note(format!(
+                        "{}: not read: metadata.yaml does not name it",
+                        file.display()
+                    ));
+                }
+                files = named;
+                files.retain(|file| has_extension(file, "mcap"));
+            }
             if files.is_empty() {
                 bail!("{}: the folder has no .mcap file: name a log", path.display());
             }

@@ -21,6 +21,22 @@ pub enum LogError {
     /// A file that cannot be read.
     #[error(transparent)]
     File(#[from] InputFileError),
+    /// A `metadata.yaml` of `rosbag2` that cannot be read.
+    #[error(
+        "line {line}: {reason}: it must be a metadata.yaml of rosbag2; `ros2 bag reindex` writes one"
+    )]
+    BadMetadata {
+        /// Line number, from one.
+        line: usize,
+        /// The cause.
+        reason: String,
+    },
+    /// A file that a `metadata.yaml` of `rosbag2` names is missing.
+    #[error("it names {}, which is missing: copy that file into the folder, or run `ros2 bag reindex`", path.display())]
+    MissingRecordingFile {
+        /// The missing file.
+        path: PathBuf,
+    },
     /// A file of no known format.
     #[error(
         "no line begins with FLASER, RLASER, ROBOTLASER1, RAWLASER1, LASER_READING or 706 numbers: it is no CARMEN, GMapping or \

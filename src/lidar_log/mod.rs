@@ -15,6 +15,7 @@ mod carmen;
 mod error;
 mod fields;
 mod gmapping;
+mod recording_folder;
 mod tinyslam;
 
 use std::collections::BTreeSet;
@@ -25,6 +26,8 @@ use serde::Serialize;
 #[cfg(feature = "mcap")]
 pub(crate) use beams::remove_limit;
 pub use error::LogError;
+#[doc(hidden)]
+pub use recording_folder::recording_files;
 
 use crate::geometry::Pose;
 use crate::input_file::{InputFileError, read_regular_bytes};
