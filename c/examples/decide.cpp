@@ -85,7 +85,8 @@ int main() {
     require(inbye_plan(map.get(), config.get(), {1.5, 2.0}, {6.0, 2.5}, path.data(), path.size(), &count));
     std::printf("path of %zu points\n", count);
 
-    // The robot drives without error, and sees only the walls.
+    // The robot drives without error, and sees only the walls. This is a simulation, so its steps may wait for plans. For a real robot
+    // set navigator.wait_for_plans = false.
     InbyeGoal goal{{6.0, 2.5}, false, 0.0};
     Navigator navigator(inbye_navigator_new(map.get(), config.get(), {1.5, 2.0}, &goal, 1));
     require(navigator != nullptr);

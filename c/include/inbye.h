@@ -106,11 +106,12 @@ typedef struct InbyeProblem {
    */
   struct InbyeTwist last_command;
   /*
-   The robot faces it at the end of the horizon.
+   The robot faces it at the end of the horizon. Its distance to the robot is limited, to 32 to 64 m
+   depending on the resolution of the map: 51 m at 0.05 m.
    */
   struct InbyePoint target;
   /*
-   The key node: the trajectory ends near it.
+   The key node: the trajectory ends near it. Its distance to the robot has the same limit.
    */
   struct InbyePoint key_node;
   /*
@@ -177,7 +178,8 @@ typedef struct InbyeObservation {
   const double *ranges;
   size_t range_count;
   /*
-   Direction of the first beam in the robot's frame, angle between beams, both in radians, and the longest range.
+   Direction of the first beam in the robot's frame, angle between beams, both in radians, and the longest range. The last two are
+   above zero. For a lidar that is mounted upside down, reverse the ranges: its last beam is then the first.
    */
   double angle_min;
   double angle_increment;
@@ -368,7 +370,7 @@ const char *inbye_last_error(void);
 /*
  Makes a map of width times height cells, the lowest row first. A cell has its occupancy, 0 to 100 percent, or -1 if it is
  unknown: a nav_msgs/OccupancyGrid. The resolution is the side of a cell in metres, the origin the pose of the lower left
- corner. Returns null on failure.
+ corner. A map has at most 32,767 cells along each side and 100,000,000 in all. Returns null on failure.
 
  Precondition: `cells` points to width times height values.
  */
@@ -457,7 +459,11 @@ struct InbyeNavigator *inbye_navigator_new(const struct InbyeMap *map,
 void inbye_navigator_free(struct InbyeNavigator *navigator);
 
 /*
- Decides what to do now. A measurement that is not finite is a faulty observation: the robot brakes.
+ Decides what to do now. Call it every `local.control_period_s` of the configuration, 0.1 s by default. A measurement that is not
+ finite is a faulty observation: the robot brakes.
+
+ On a real robot set `navigator.wait_for_plans = false`; otherwise a step can take as long as a plan. By default a step waits for a
+ plan that is due, so that a simulation is the same at each repetition.
 
  Precondition: `navigator` is alive; `observation` can be read, and so can its ranges; `command` can be written.
  */
@@ -505,7 +511,7 @@ bool inbye_navigator_set_map(struct InbyeNavigator *navigator,
                              const struct InbyeMap *map);
 
 /*
- Tells how far the robot is.
+ Returns how far the robot is.
 
  Precondition: `navigator` is alive; `progress` can be written.
  */

@@ -24,9 +24,10 @@ pub struct InbyeProblem {
     pub velocity: InbyeTwist,
     /// The command of the last tick.
     pub last_command: InbyeTwist,
-    /// The robot faces it at the end of the horizon.
+    /// The robot faces it at the end of the horizon. Its distance to the robot is limited, to 32 to 64 m
+    /// depending on the resolution of the map: 51 m at 0.05 m.
     pub target: InbyePoint,
-    /// The key node: the trajectory ends near it.
+    /// The key node: the trajectory ends near it. Its distance to the robot has the same limit.
     pub key_node: InbyePoint,
     /// Moving obstacles, and their number.
     pub obstacles: *const InbyeMovingDisc,

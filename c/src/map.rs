@@ -29,7 +29,7 @@ impl Deref for InbyeMap {
 
 /// Makes a map of width times height cells, the lowest row first. A cell has its occupancy, 0 to 100 percent, or -1 if it is
 /// unknown: a nav_msgs/OccupancyGrid. The resolution is the side of a cell in metres, the origin the pose of the lower left
-/// corner. Returns null on failure.
+/// corner. A map has at most 32,767 cells along each side and 100,000,000 in all. Returns null on failure.
 ///
 /// # Safety
 /// `cells` points to width times height values.

@@ -43,7 +43,8 @@ pub struct InbyeObservation {
     /// Ranges of the lidar in metres: infinite for nothing within range, NaN for no measurement.
     pub ranges: *const f64,
     pub range_count: usize,
-    /// Direction of the first beam in the robot's frame, angle between beams, both in radians, and the longest range.
+    /// Direction of the first beam in the robot's frame, angle between beams, both in radians, and the longest range. The last two are
+    /// above zero. For a lidar that is mounted upside down, reverse the ranges: its last beam is then the first.
     pub angle_min: f64,
     pub angle_increment: f64,
     pub range_max: f64,
@@ -143,7 +144,11 @@ pub unsafe extern "C" fn inbye_navigator_free(navigator: *mut InbyeNavigator) {
     unsafe { free(navigator) };
 }
 
-/// Decides what to do now. A measurement that is not finite is a faulty observation: the robot brakes.
+/// Decides what to do now. Call it every `local.control_period_s` of the configuration, 0.1 s by default. A measurement that is not
+/// finite is a faulty observation: the robot brakes.
+///
+/// On a real robot set `navigator.wait_for_plans = false`; otherwise a step can take as long as a plan. By default a step waits for a
+/// plan that is due, so that a simulation is the same at each repetition.
 ///
 /// # Safety
 /// `navigator` is alive; `observation` can be read, and so can its ranges; `command` can be written.
@@ -280,7 +285,7 @@ pub unsafe extern "C" fn inbye_navigator_set_map(
     is_set.is_some()
 }
 
-/// Tells how far the robot is.
+/// Returns how far the robot is.
 ///
 /// # Safety
 /// `navigator` is alive; `progress` can be written.
@@ -289,7 +294,7 @@ pub unsafe extern "C" fn inbye_navigator_progress(
     navigator: *const InbyeNavigator,
     progress: *mut InbyeProgress,
 ) -> bool {
-    let is_told = guarded(AssertUnwindSafe(|| {
+    let is_written = guarded(AssertUnwindSafe(|| {
         // SAFETY: the caller vouches for the navigator.
         let navigator = &unsafe { object(navigator, "navigator") }?.navigator;
         // SAFETY: likewise for the place.
@@ -300,7 +305,7 @@ pub unsafe extern "C" fn inbye_navigator_progress(
         });
         Ok(())
     }));
-    is_told.is_some()
+    is_written.is_some()
 }
 
 /// Writes up to `capacity` points of the path that the robot follows into `points`, and the number of all of them into `count`.

@@ -72,6 +72,7 @@ pub(crate) enum NoAnswer {
 impl Program {
     /// Starts a program and sends the first message.
     pub fn start(settings: &ProgramSettings, first: &Request<'_>) -> Result<Self, String> {
+        check_program(settings)?;
         let mut command = settings.to_command();
         let process = LineProcess::start(&mut command)
             .map_err(|error| format!("cannot be started: {error}{}", searched(settings)))?;
@@ -264,6 +265,18 @@ fn why_no_answer(error: &serde_json::Error, line: &str) -> String {
 
 /// Numbers that are not finite, as programs in Python and JavaScript write them.
 const NOT_FINITE: [&str; 3] = ["NaN", "nan", "Infinity"];
+
+/// Rejects a shared library in place of a program: it would crash when it is started.
+fn check_program(settings: &ProgramSettings) -> Result<(), String> {
+    let program = settings.command.first().map_or("", String::as_str);
+    let extension = Path::new(program).extension().unwrap_or_default();
+    if ["so", "dylib", "dll"].iter().any(|&library| extension == library) {
+        return Err(format!(
+            "is a shared library, not a program: `inbye-controller-host {program}` runs a controller in one"
+        ));
+    }
+    Ok(())
+}
 
 /// Where the system looked for a program that it did not find.
 fn searched(settings: &ProgramSettings) -> String {

@@ -1,9 +1,10 @@
 //! Drives of the whole navigator from the page, each with a page of its own and the command that repeats it.
 
+use core::mem;
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use hyper::StatusCode;
@@ -17,7 +18,7 @@ use crate::local::{CpuEngine, Normalization, Sampler, Stopping, Weights};
 use crate::map::MovingDisc;
 use crate::navigator::Goal;
 use crate::report::{MissionView, PlaybackRecorder, Report, html};
-use crate::runtime::{Config, Mission, MissionResult, Observer, TickEvent};
+use crate::runtime::{Config, EarlyEnd, Mission, MissionResult, Observer, TickEvent};
 use crate::server::HttpError;
 use crate::sim::{MovingObstacles, SimError, Simulation};
 
@@ -50,10 +51,12 @@ struct DriveRequest {
     stopping: Stopping,
 }
 
-/// Computes drives, one at a time.
+/// Computes drives, one at a time: a new drive cancels the one before.
 #[derive(Default)]
 pub struct DriveService {
     busy: Mutex<()>,
+    /// Interrupts the latest drive.
+    latest: Mutex<Arc<AtomicBool>>,
     pages: Mutex<Pages>,
 }
 
@@ -71,18 +74,21 @@ impl DriveService {
             .map_err(|error| HttpError::bad_request(error.to_string()))?;
         let scene = scenes.iter().find(|scene| scene.name == request.scene);
         let scene = scene.ok_or_else(|| HttpError::bad_request("there is no such scene"))?;
-        let Ok(_busy) = self.busy.try_lock() else {
-            let message = "another drive is being computed: try again in some seconds";
-            return Err(HttpError::new(StatusCode::SERVICE_UNAVAILABLE, message));
-        };
         let drive = Drive::new(scene, &request)?;
-        let (result, playback) =
-            drive.run().map_err(|error| HttpError::bad_request(error.to_string()))?;
-        let page = self.keep(drive.page(&result, &playback));
+        let cancelled = || HttpError::new(StatusCode::CONFLICT, "a later drive cancelled this one");
+        let _busy = self.turn_of(&drive).ok_or_else(cancelled)?;
+        let run =
+            drive.run(COMPUTE_TIME).map_err(|error| HttpError::bad_request(error.to_string()))?;
+        let DriveRun { result, cut_off, .. } = &run;
+        if result.early_end == Some(EarlyEnd::Interrupted) && cut_off.is_none() {
+            return Err(cancelled());
+        }
+        let page = self.keep(drive.page(&run));
         Ok(json!({
             "reached": result.reached,
             "collided": result.collided,
-            "why": result.why(),
+            "why": cut_off.clone().or_else(|| result.why()),
+            "is_cut_off": cut_off.is_some(),
             "travelled_m": result.travelled_m,
             "time_s": result.time_s,
             "min_clearance_m": result.min_clearance_m,
@@ -92,15 +98,24 @@ impl DriveService {
         }))
     }
 
+    /// Cancels the drive before and waits for its end. Returns nothing if a later drive has cancelled this one meanwhile.
+    fn turn_of(&self, drive: &Drive<'_>) -> Option<MutexGuard<'_, ()>> {
+        let interrupt = Arc::clone(&drive.interrupt);
+        let before = mem::replace(&mut *lock(&self.latest), interrupt);
+        before.store(true, Ordering::Relaxed);
+        let turn = lock(&self.busy);
+        (!drive.interrupt.load(Ordering::Relaxed)).then_some(turn)
+    }
+
     /// The page of a drive, if it is one of the last.
     pub fn page(&self, path: &str) -> Option<String> {
         let number: u64 = path.strip_prefix("/drives/")?.parse().ok()?;
-        let pages = self.pages.lock().unwrap_or_else(PoisonError::into_inner);
+        let pages = lock(&self.pages);
         pages.kept.iter().find(|(kept, _)| *kept == number).map(|(_, page)| page.clone())
     }
 
     fn keep(&self, page: String) -> String {
-        let mut pages = self.pages.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut pages = lock(&self.pages);
         let number = pages.next;
         pages.next += 1;
         pages.kept.push_back((number, page));
@@ -111,12 +126,24 @@ impl DriveService {
     }
 }
 
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A computed drive.
+struct DriveRun {
+    result: MissionResult,
+    playback: PlaybackRecorder,
+    /// The reason, if it ended by the limit of the time of its computation.
+    cut_off: Option<String>,
+}
+
 /// A requested drive.
 struct Drive<'a> {
     scene: &'a Scene,
     config: Config,
     simulation: Simulation,
-    is_late: Arc<AtomicBool>,
+    interrupt: Arc<AtomicBool>,
     command: String,
 }
 
@@ -143,35 +170,50 @@ impl<'a> Drive<'a> {
             .map_err(|error| HttpError::bad_request(error.to_string()))?;
         let [x, y] = request.goal;
         let goal = Goal::at(Point::new(x, y));
-        let is_late = Arc::new(AtomicBool::new(false));
+        let interrupt = Arc::new(AtomicBool::new(false));
         let mission = Mission {
             time_limit_s: TIME_LIMIT_S,
-            interrupt: Some(Arc::clone(&is_late)),
+            interrupt: Some(Arc::clone(&interrupt)),
             zones: scene.zones.clone(),
             ..Mission::new(Arc::clone(&scene.map), Pose::from(request.start), goal)
         };
         let simulation = Simulation { moving_obstacles, ..Simulation::new(mission) };
         let command = command(scene, request, &config, &people);
-        Ok(Self { scene, config, simulation, is_late, command })
+        Ok(Self { scene, config, simulation, interrupt, command })
     }
 
-    fn run(&self) -> Result<(MissionResult, PlaybackRecorder), SimError> {
+    fn run(&self, compute_time: Duration) -> Result<DriveRun, SimError> {
         let began = Instant::now();
-        let mut playback = PlaybackRecorder::default();
+        let (mut playback, mut is_late) = (PlaybackRecorder::default(), false);
         let mut clock = || began.elapsed().as_secs_f64();
         let mut on_tick = |tick: &TickEvent<'_>| {
             playback.record(tick);
-            if began.elapsed() > COMPUTE_TIME {
-                self.is_late.store(true, Ordering::Relaxed);
+            if began.elapsed() > compute_time {
+                is_late = true;
+                self.interrupt.store(true, Ordering::Relaxed);
             }
         };
         let mut observer = Observer { clock: &mut clock, on_tick: &mut on_tick };
         let engine = Box::new(CpuEngine::single_threaded());
         let result = self.simulation.run(&self.config, engine, &mut observer)?;
-        Ok((result, playback))
+        // The last tick may be late too.
+        let is_cut_off = is_late && result.early_end == Some(EarlyEnd::Interrupted);
+        let cut_off = is_cut_off.then(|| {
+            let (limit_s, time_s) = (compute_time.as_secs(), result.time_s);
+            format!(
+                "ended by the limit of {limit_s} s of computing after {time_s:.1} s of the drive"
+            )
+        });
+        Ok(DriveRun { result, playback, cut_off })
     }
 
-    fn page(&self, result: &MissionResult, playback: &PlaybackRecorder) -> String {
+    fn page(&self, run: &DriveRun) -> String {
+        let DriveRun { result, playback, cut_off } = run;
+        let intro = "One mission, simulated in a closed loop.".to_owned();
+        let intro = match cut_off {
+            Some(why) => format!("{intro} It {why}. The command has no such limit."),
+            None => intro,
+        };
         let view = MissionView {
             title: &self.scene.title,
             command: &self.command,
@@ -183,7 +225,7 @@ impl<'a> Drive<'a> {
         };
         html(&Report {
             title: "inbye: a drive from the playground",
-            intro: "One mission, simulated in a closed loop.",
+            intro: &intro,
             missions: vec![view],
             ..Report::default()
         })
@@ -294,4 +336,63 @@ fn changes(from: &Config, to: &Config) -> Vec<(String, String)> {
 
 fn name_of(value: &Value) -> String {
     value.as_str().unwrap_or_default().to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn scenes() -> Vec<Scene> {
+        Scene::all_built_in(&Config::default(), "").expect("scenes")
+    }
+
+    /// A request of the page for the first scene, before anything is changed.
+    fn request(scenes: &[Scene]) -> String {
+        let problem = &scenes[0].problem;
+        let mut request = json!({
+            "scene": scenes[0].name, "start": problem["robot"]["pose"], "goal": problem["target"], "people": problem["obstacles"],
+        });
+        for key in
+            ["vx_samples", "vtheta_samples", "sim_time_s", "weights", "normalization", "stopping"]
+        {
+            request[key] = problem[key].clone();
+        }
+        request.to_string()
+    }
+
+    fn drive<'a>(scenes: &'a [Scene], body: &str) -> Drive<'a> {
+        let request = serde_json::from_str(body).expect("a request");
+        Drive::new(&scenes[0], &request).unwrap_or_else(|error| panic!("{error:?}"))
+    }
+
+    #[test]
+    fn drive_that_computes_too_long_names_the_limit_and_its_page_too() {
+        let scenes = scenes();
+        let drive = drive(&scenes, &request(&scenes));
+        let run = drive.run(Duration::ZERO).expect("a drive");
+        let why = "ended by the limit of 0 s of computing after 0.0 s of the drive";
+        assert_eq!(run.cut_off.as_deref(), Some(why));
+        assert!(drive.page(&run).contains(&format!("It {why}.")));
+        let whole = self::drive(&scenes, &request(&scenes)).run(Duration::MAX).expect("a drive");
+        assert_eq!((whole.cut_off, whole.result.early_end), (None, None));
+    }
+
+    #[test]
+    fn later_drive_cancels_the_one_before() {
+        let (scenes, service) = (scenes(), DriveService::default());
+        let (first, body) = (drive(&scenes, &request(&scenes)), request(&scenes));
+        drop(service.turn_of(&first).expect("its turn"));
+        assert!(service.drive(&scenes, body.as_bytes()).is_ok());
+        let run = first.run(COMPUTE_TIME).expect("a drive");
+        let ended = (run.result.early_end, run.result.trace.rows.len(), run.cut_off);
+        assert_eq!(ended, (Some(EarlyEnd::Interrupted), 0, None));
+    }
+
+    /// The sum of 120 steps of 0.05 m is not exactly 6 m.
+    #[test]
+    fn command_has_the_end_of_a_walk_along_an_axis_without_rounding_errors() {
+        let scenes = scenes();
+        let command = drive(&scenes, &request(&scenes)).command;
+        assert!(command.contains("[[7.1,4.6]]"), "{command}");
+    }
 }

@@ -247,11 +247,10 @@ pub(super) fn free_way_m(
     step_m: f64,
     most_m: f64,
 ) -> f64 {
-    let mut way_m = 0.0;
-    while way_m + step_m <= most_m && is_free(&(*from + *direction * (way_m + step_m))) {
-        way_m += step_m;
-    }
-    way_m
+    // Products, not sums: 120 steps of 0.05 m are 6 m.
+    let steps = (1_u32..).map(|count| f64::from(count) * step_m);
+    let free = steps.take_while(|&way_m| way_m <= most_m && is_free(&(*from + *direction * way_m)));
+    free.last().unwrap_or_default()
 }
 
 fn problem(name: &str, config: &Config, situation: &DecisionInput) -> Value {

@@ -29,8 +29,9 @@ settings! {
     #[serde(deny_unknown_fields, default)]
     pub struct RobotConfig {
         /// Shape of the robot in its own frame, metres: the corners `[x, y]` of its body as in Nav2, which discs then cover. Or 1 to
-        /// 8 discs, each with its centre ahead `x` and to the left `y`, and a `radius` above zero. Or a table of both, `body` and
-        /// `discs`, where the discs must cover the body. Contact is judged by the body.
+        /// 8 discs, each with its centre ahead `x` and to the left `y`, and a `radius` above zero, such as
+        /// `[{ x = 0.0, y = 0.0, radius = 0.26 }]`. Or a table of both, `body` and `discs`, where the discs must cover the body.
+        /// Contact is judged by the body.
         pub footprint: Footprint = Footprint::covering(Polygon::default());
         /// Distance between the tracks' centre lines.
         pub track_width_m: f64 = 0.45, ["m", above 0 to 100];

@@ -13,7 +13,7 @@ mod library;
 mod messages;
 
 use std::io::{self, BufRead, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use library::Library;
@@ -52,9 +52,15 @@ fn serve() -> Result<(), String> {
     let text = match file.to_str() {
         Some("--help" | "-h") => HELP,
         Some("--version" | "-V") => concat!("inbye-controller-host ", env!("CARGO_PKG_VERSION")),
-        _ => return serve_library(file.as_ref()),
+        _ => return serve_library(&in_working_folder(file.into())),
     };
     print(&mut io::stdout(), text)
+}
+
+/// The path of a library. The system looks for a name without a slash in its own folders only: one that exists in the working folder gets
+/// the path of it.
+fn in_working_folder(file: PathBuf) -> PathBuf {
+    if file.components().count() == 1 && file.is_file() { Path::new(".").join(file) } else { file }
 }
 
 /// The standard output for the answers. What the library prints there from now on goes to the standard error output.

@@ -6,7 +6,7 @@ import { after, arcOf, draw, mapImage, readColours } from "./drawing.js";
 import { Handles, rounded } from "./handles.js";
 import { makeControls } from "./controls.js";
 import * as results from "./results.js";
-import { driveToGoal } from "./drive.js";
+import { clearDrive, driveToGoal } from "./drive.js";
 import "./copy.js";
 
 const find = (id) => document.getElementById(id);
@@ -70,8 +70,8 @@ async function run() {
   busy.setAttribute("aria-busy", String(isOpening));
 }
 
-async function ask(path, problem) {
-  const response = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(problem) });
+async function ask(path, problem, signal) {
+  const response = await fetch(path, { signal, method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(problem) });
   if (response.ok) return response;
   throw new Error((await response.json()).error);
 }
@@ -189,6 +189,7 @@ function fit() {
 }
 
 async function enter(scene) {
+  clearDrive();
   state.scene = scene;
   state.problem = structuredClone(scene.problem);
   find("drive").disabled = false;

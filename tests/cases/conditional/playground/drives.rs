@@ -29,6 +29,10 @@ pub fn trials() -> Vec<Trial> {
 /// Pixels by which the page is wider than the window.
 const OVERFLOW: &str = "Math.max(0, document.documentElement.scrollWidth - window.innerWidth)";
 
+/// Whether the heading of the drive and its result are in the window.
+const RESULT_IS_IN_VIEW: &str = "['#driven h2', '#drive-state'].every((one) => { \
+    const box = document.querySelector(one).getBoundingClientRect(); return box.top >= 0 && box.bottom <= window.innerHeight; })";
+
 /// Red and blue of the page's picture, 0.17 m to the side of the robot's centre, which looks along x. The goal is 5.104 m away.
 const BESIDE_THE_CENTRE: &str = "(() => { \
     const centre = (name) => { const box = document.querySelector(`[data-handle=${name}]`).getBoundingClientRect(); \
@@ -224,12 +228,23 @@ fn page_drives(program: &Program) -> Result<(), Failed> {
     // The page of the drive plays in its frame.
     let frame = "document.querySelector('#drive-page').contentDocument";
     page.wait_for(&format!("Number({frame}?.querySelector('[data-action=seek]')?.value) > 3"))?;
-    page.evaluate("document.querySelector('#driven').scrollIntoView()")?;
+    assert_eq!(page.evaluate(RESULT_IS_IN_VIEW)?, json!(true));
     page.photograph("drive")?;
     page.look(PHONE)?;
     page.wait_for("window.innerWidth < 400")?;
     assert_eq!(page.evaluate(OVERFLOW)?, json!(0), "wider than the screen");
     page.photograph("drive-phone")?;
+    // Reset discards the drive, also one that is being computed.
+    let [click, reset] =
+        ["drive", "reset"].map(|id| format!("document.querySelector('#{id}').click()"));
+    let is_hidden = "document.querySelector('#driven').hidden";
+    page.evaluate(&reset)?;
+    assert_eq!(page.evaluate(is_hidden)?, json!(true));
+    page.evaluate(&format!("{click}; {reset}"))?;
+    page.evaluate("new Promise((resolve) => setTimeout(resolve, 2000))")?;
+    assert_eq!(page.evaluate(is_hidden)?, json!(true));
+    page.evaluate(&click)?;
+    page.wait_for("document.querySelector('#drive-state').textContent === 'goal reached'")?;
     assert_eq!(page.console, [""; 0], "messages on the console");
     Ok(())
 }
