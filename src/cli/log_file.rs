@@ -42,8 +42,10 @@ impl LogFileArguments {
             bail!("{}: {problem}", path.display());
         }
         if path.is_dir() {
-            files.retain(|file| has_extension(file, "mcap"));
-            if let Some(named) = recording_files(path)? {
+            let is_recording = |file: &PathBuf| has_extension(file, "mcap");
+            files.retain(is_recording);
+            if let Some(mut named) = recording_files(path)? {
+                named.retain(is_recording);
                 for file in files.iter().filter(|file| !named.contains(file)) {
                     output::note(format!(
                         "{}: not read: metadata.yaml does not name it",
@@ -51,7 +53,6 @@ impl LogFileArguments {
                     ));
                 }
                 files = named;
-                files.retain(|file| has_extension(file, "mcap"));
             }
             if files.is_empty() {
                 bail!("{}: the folder has no .mcap file: name a log", path.display());

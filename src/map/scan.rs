@@ -107,6 +107,11 @@ impl Scan {
         self.angle_min + beam as f64 * self.angle_increment
     }
 
+    /// The angle from the first beam to the last one, in turns.
+    pub(crate) fn turns(&self) -> f64 {
+        self.ranges.len().saturating_sub(1) as f64 * self.angle_increment / TAU
+    }
+
     /// Checks that the lidar has a place, that the beams have directions within about a turn, and that the sensor has a largest range.
     /// A scan without beams is valid.
     ///
@@ -114,7 +119,6 @@ impl Scan {
     /// The first value that is wrong.
     pub fn validate(&self) -> Result<(), ScanError> {
         let is_positive = |value: f64| value.is_finite() && value > 0.0;
-        let turns = self.ranges.len().saturating_sub(1) as f64 * self.angle_increment / TAU;
         match self {
             Self { ranges, .. } if ranges.is_empty() => Ok(()),
             Self { origin, .. } if !is_place(origin) => Err(ScanError::Place),
@@ -123,7 +127,7 @@ impl Scan {
                 Err(ScanError::AngleIncrement)
             }
             Self { range_max, .. } if !is_positive(*range_max) => Err(ScanError::LargestRange),
-            _ if turns > Self::MOST_TURNS => Err(ScanError::TooWide),
+            _ if self.turns() > Self::MOST_TURNS => Err(ScanError::TooWide),
             _ => Ok(()),
         }
     }

@@ -1,7 +1,5 @@
 //! Converts a scan to the navigator's form: counter-clockwise, in the robot's frame.
 
-use core::f64::consts::TAU;
-
 use super::notices::MessageError;
 use crate::geometry::{Pose, Vector};
 use crate::localization::{DeskewedScan, PoseHistory};
@@ -32,10 +30,6 @@ pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
     if found > 0 && (found as f64 - expected).abs() > BEAM_COUNT_TOLERANCE {
         return Err(MessageError::WrongBeamCount { found, expected });
     }
-    let turns = found.saturating_sub(1) as f64 * step.abs() / TAU;
-    if turns > Scan::MOST_TURNS {
-        return Err(MessageError::TooManyTurns { turns });
-    }
     let mut ranges: Vec<f64> = message
         .ranges
         .iter()
@@ -47,7 +41,10 @@ pub fn laser_scan(message: &LaserScan) -> Result<Scan, MessageError> {
         ranges.reverse();
         angle_min = first + found.saturating_sub(1) as f64 * step;
     }
-    Ok(Scan { angle_min, angle_increment: step.abs(), range_max, ranges, ..Scan::default() })
+    let scan =
+        Scan { angle_min, angle_increment: step.abs(), range_max, ranges, ..Scan::default() };
+    let turns = scan.turns();
+    if turns > Scan::MOST_TURNS { Err(MessageError::TooManyTurns { turns }) } else { Ok(scan) }
 }
 
 /// The distance in the robot's plane of a return of a tilted lidar. `lean` is the horizontal part of the robot's upward axis in the

@@ -206,7 +206,7 @@ fn missing_limits_have_nav2_defaults() {
         format!("local_costmap:\n  local_costmap:\n    ros__parameters:\n      {lines}\n")
     };
     let (imported, config, _) = import_valid(&costmap("robot_radius: 0.3"), None);
-    assert_eq!(config.robot.footprint, Footprint::round(0.3 + 0.01).expect("above zero"));
+    assert_eq!(config.robot.footprint, Footprint::round(0.31).expect("above zero"));
     assert_eq!(imported.defaults[0].parameter, "local_costmap.local_costmap.footprint_padding");
     let given = costmap("robot_radius: 0.3\n      footprint_padding: 0.0");
     assert_eq!(
