@@ -327,6 +327,7 @@ impl Navigator {
             field: &field,
             is_narrow: self.is_narrow,
             to_narrow_m: self.to_narrow_m,
+            blocked_s: self.replanner.blocked_s,
             path_kind: self.replanner.path_kind,
             leading_end: self.waypoints.leading_end(),
             slim: &self.slim,

@@ -72,6 +72,8 @@ pub(super) struct Replanner {
     /// Why there is no path, whatever goes away, or that the planner of the user's own has failed.
     without_path: Option<PlanError>,
     is_blocked: bool,
+    /// Time since an obstacle has been on the path ahead, seconds; 0 without one.
+    pub blocked_s: f64,
     pub path_kind: PathKind,
     /// Where there was no room beside such a person, the next attempt is due then, seconds.
     next_aside_s: f64,
@@ -102,6 +104,7 @@ impl Replanner {
             due_on_map: None,
             without_path: None,
             is_blocked: false,
+            blocked_s: 0.0,
             path_kind: PathKind::Usual,
             next_aside_s: f64::NEG_INFINITY,
             blocked: ConditionTimer::default(),
@@ -168,7 +171,7 @@ impl Replanner {
         let now_s = state.now.time_s;
         self.is_blocked = self.is_path_blocked(state);
         self.path_kind = self.path_kind.while_met(state);
-        let blocked_s = self.blocked.update(now_s, self.is_blocked);
+        self.blocked_s = self.blocked.update(now_s, self.is_blocked);
         self.retries.advance(state.route.left_m(), state.settings.required_movement_radius);
         let (reason, answer) = match self.replayed_arrival.take() {
             Some(false) => None,
@@ -185,7 +188,7 @@ impl Replanner {
         let is_oncoming = reason == Reason::Oncoming;
         match answer {
             Ok(plan) => {
-                let plan = is_better(&plan, reason, blocked_s, state).then_some(plan);
+                let plan = is_better(&plan, reason, self.blocked_s, state).then_some(plan);
                 if plan.is_some() {
                     self.path_kind =
                         if is_oncoming { PathKind::PastPeople } else { PathKind::Usual };
@@ -222,8 +225,8 @@ impl Replanner {
                     let robot = state.now.pose.position();
                     obstacles.forget(now_s - FORGET_AFTER_S, &robot);
                     // Moving obstacles, and the marks that they leave, go away. They end no mission.
-                    let is_lasting =
-                        reason != Reason::HeldUp && blocked_s > state.settings.detour_patience_s;
+                    let is_lasting = reason != Reason::HeldUp
+                        && self.blocked_s > state.settings.detour_patience_s;
                     if is_lasting || state.now.moving.is_empty() {
                         self.retries.add(&robot);
                     }

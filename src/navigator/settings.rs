@@ -68,7 +68,8 @@ settings! {
         /// The local target is the first key node at least this far ahead along the path, if it is in sight. With
         /// less than the distance driven within the horizon the robot drives slowly.
         pub lookahead_m: f64 = 3.0, ["m", above 0 to 10000];
-        /// Where that key node is not in sight, a nearer one is, at least this far ahead.
+        /// Where that key node is not in sight, a nearer one is, at least this far ahead. On a path through a narrow passage
+        /// 0.1 m is enough.
         pub min_lookahead_m: f64 = 0.3, ["m", 0 to 10000];
         /// The path is checked for new obstacles this far ahead, as far as the local window shows.
         pub path_check_distance_m: f64 = 8.0, ["m", 0 to 10000];

@@ -34,6 +34,10 @@ const WAITING_M: f64 = 2.0;
 /// A robot farther than this from its path is beside it in front of a narrow passage, metres.
 const ASIDE_M: f64 = 0.2;
 
+/// The least lookahead on a path through a narrow passage, metres: the path turns in front of the passage, and a robot that cuts this
+/// corner has no room to turn there.
+const NARROW_LOOKAHEAD_M: f64 = 0.1;
+
 /// Lookahead past a person who comes, metres: with a longer one, the robot would cut across where the person walks.
 const ASIDE_LOOKAHEAD_M: f64 = 1.2;
 
@@ -72,6 +76,8 @@ pub(super) struct State<'a> {
     /// Distance along the path to that passage, metres; `None` if the path has none here.
     pub to_narrow_m: Option<f64>,
     pub path_kind: PathKind,
+    /// Time since an obstacle has been on the path ahead, seconds; 0 without one.
+    pub blocked_s: f64,
     /// The end of the robot that drives ahead: its tail where it cannot turn at its goal.
     pub leading_end: LeadingEnd,
     /// The robot with the discs of narrow passages.
@@ -111,7 +117,8 @@ impl<'a> State<'a> {
     pub fn follow(&mut self, route: &'a Route, turning_to: Option<Point>) {
         let Self { settings, now, .. } = *self;
         let in_sight = |node: &Point| self.is_straight_clear_to(node);
-        let (nearest_m, farthest_m) = (settings.min_lookahead_m, settings.lookahead_m);
+        let (usual_m, farthest_m) = (settings.min_lookahead_m, settings.lookahead_m);
+        let nearest_m = self.to_narrow_m.map_or(usual_m, |_| usual_m.min(NARROW_LOOKAHEAD_M));
         // A robot beside its path would enter a passage obliquely, and touch its sides: it first drives to the path in front of it.
         let entered_obliquely_m =
             self.to_narrow_m.filter(|to_m| *to_m > 0.0 && self.off_path_m > ASIDE_M);
@@ -344,6 +351,25 @@ mod tests {
         assert_eq!(without_creep(&settings, 0.05, (0.1, 0.0), 1.9), 0.0, "it still brakes");
         settings.features.passive_safety = false;
         assert_eq!(without_creep(&settings, 0.05, slowing, 1.9), 0.05, "the feature is off");
+    }
+
+    #[test]
+    fn robot_on_a_path_through_a_narrow_passage_drives_to_the_next_key_node() {
+        let settings = NavigatorSettings { min_lookahead_m: 0.7, ..NavigatorSettings::default() };
+        let footprint = Footprint::round(0.3).expect("a radius");
+        let robot = RobotModel { footprint, limits: Limits::default() };
+        let frame = GridFrame::new(100, 100, 0.1, Pose::new(-5.0, -5.0, 0.0)).expect("a size");
+        // No key node is in sight.
+        let ground = ObstacleGrid::filled(frame, true);
+        let now = standing_at(Pose::default());
+        let target_m = |to_narrow_m: Option<f64>| {
+            with_state(&settings, &robot, &ground, &now, Default::default(), |state| {
+                state.to_narrow_m = to_narrow_m;
+                state.follow(state.route, None);
+                state.local_target.x
+            })
+        };
+        assert_eq!((target_m(None), target_m(Some(1.0))), (1.0, 0.5));
     }
 
     #[test]

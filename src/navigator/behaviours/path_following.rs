@@ -20,6 +20,9 @@ const MIN_APPROACH_SPEED: f64 = 0.1;
 /// Shortest horizon near the local target, seconds.
 const MIN_HORIZON_S: f64 = 0.5;
 
+/// Replanning periods within which the robot gets a path around an obstacle, if there is one nearby.
+const PERIODS_TO_REPLAN: f64 = 2.0;
+
 /// Longest horizon past a person who comes, seconds: the path bends to the side and back, and a longer arc does not.
 const ASIDE_HORIZON_S: f64 = 1.5;
 
@@ -36,8 +39,8 @@ impl Behaviour for PathFollowing {
         let view = View::new(state);
         let limits = view.limits(state, sim_time_s);
         // Beyond its target the directions to it, and the distances, mean little: a longer horizon makes the robot creep towards a
-        // target that a corner hides until the robot is there.
-        let horizon_s = if is_past_people {
+        // target that a corner hides until the robot is there. In front of an obstacle it is to slow down early.
+        let horizon_s = if is_past_people || has_no_way_around(state) {
             sim_time_s
         } else {
             (state.to_target_m() / limits.max_vel_x).max(MIN_HORIZON_S).min(sim_time_s)
@@ -92,6 +95,11 @@ impl Behaviour for PathFollowing {
         };
         Ok(Some(Proposal::Decide(decision, allowed)))
     }
+}
+
+/// Whether an obstacle has been on the path ahead for so long that a path around it would be known.
+fn has_no_way_around(state: &State<'_>) -> bool {
+    state.blocked_s > PERIODS_TO_REPLAN * state.settings.replan_period_s
 }
 
 /// Whether the goal is the local target, and in sight.
@@ -180,27 +188,31 @@ mod tests {
     use super::super::super::test_state::{standing_at, with_state};
     use super::super::super::{NavigatorSettings, RobotModel};
     use super::*;
-    use crate::geometry::bearing;
+    use crate::geometry::{Point, bearing};
     use crate::local::CpuEngine;
     use crate::map::{Cell, GridFrame, ObstacleGrid};
 
-    /// The command of a robot at 0.9 m/s at this place, whose goal is at (3, 0), beside a wall from y = 0.7 m on.
-    fn command(place: &Pose) -> Twist {
+    /// An area of 10 by 6 m without obstacles.
+    fn open_ground() -> ObstacleGrid {
+        let frame = GridFrame::new(100, 60, 0.1, Pose::new(-2.0, -3.0, 0.0)).expect("a size");
+        ObstacleGrid::filled(frame, false)
+    }
+
+    /// The command of a robot at 0.9 m/s at this place, whose goal is at (3, 0), after a change of its state.
+    fn command(place: &Pose, ground: &ObstacleGrid, change: impl FnOnce(&mut State<'_>)) -> Twist {
         let settings = NavigatorSettings::default();
         let footprint = Footprint::round(0.3).expect("a radius");
         let robot = RobotModel { footprint, limits: Limits::default() };
-        let frame = GridFrame::new(100, 60, 0.1, Pose::new(-2.0, -3.0, 0.0)).expect("a size");
-        let mut ground = ObstacleGrid::filled(frame, false);
-        (0..100).for_each(|column| ground.set(Cell::new(column, 37), true));
         let engine = Box::new(CpuEngine::single_threaded());
         let planner = LocalPlanner::new(engine, LocalSettings::default());
         let mut following = PathFollowing { planner };
         let twist = Twist::new(0.9, 0.0);
         let now = PredictedState { twist, ..standing_at(*place) };
-        let proposal = with_state(&settings, &robot, &ground, &now, (twist, twist), |state| {
+        let proposal = with_state(&settings, &robot, ground, &now, (twist, twist), |state| {
             let target = state.goal.position;
             state.local_target = target;
             state.heading_error = bearing(&place.position(), &target) - place.yaw;
+            change(state);
             following.propose(state).expect("no fault")
         });
         assert_eq!(following.planner.settings(), &LocalSettings::default());
@@ -210,12 +222,30 @@ mod tests {
         }
     }
 
-    /// Away from the wall there is more clearance, and the samples of the whole horizon end beyond the goal.
+    /// Away from the wall, which is at y = 0.7 m, there is more clearance, and the samples of the whole horizon end beyond the goal.
     #[test]
     fn robot_beside_its_goal_turns_towards_it() {
+        let mut ground = open_ground();
+        (0..100).for_each(|column| ground.set(Cell::new(column, 37), true));
         for x in [1.3, 1.8, 2.2] {
-            let turns = command(&Pose::new(x, -0.7, 0.0));
+            let turns = command(&Pose::new(x, -0.7, 0.0), &ground, |_| {});
             assert!(turns.angular >= 0.15 && turns.linear >= 0.75, "{x} m: {turns:?}");
         }
+    }
+
+    /// The wall is at x = 2.3 m, beyond the local target.
+    #[test]
+    fn robot_slows_down_early_where_an_obstacle_stays_on_its_path() {
+        let mut ground = open_ground();
+        (0..60).for_each(|row| ground.set(Cell::new(43, row), true));
+        let speed_after = |blocked_s: f64| {
+            let command = command(&Pose::default(), &ground, |state| {
+                state.local_target = Point::new(0.6, 0.0);
+                state.blocked_s = blocked_s;
+            });
+            command.linear
+        };
+        assert_eq!(speed_after(0.0), speed_after(0.9));
+        assert!(speed_after(0.9) >= 0.9 && speed_after(1.1) <= 0.85);
     }
 }
