@@ -13,6 +13,9 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use unit_square::{point_to_unit_square, segment_to_unit_square};
 
+/// Largest coordinate and largest yaw that an input may have, metres and radians.
+pub const MAX_COORDINATE: f64 = 1e9;
+
 /// A position in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "[f64; 2]", into = "[f64; 2]")]

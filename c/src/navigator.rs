@@ -12,7 +12,7 @@ use inbye::runtime::Config;
 use crate::error::{array, boxed, free, guarded, object, object_mut, place};
 use crate::map::write_points;
 use crate::map::{InbyeConfig, InbyeMap};
-use crate::values::{InbyePoint, InbyePose, InbyeTwist};
+use crate::values::{InbyePoint, InbyePose, InbyeTwist, check_coordinates};
 
 /// Follows global paths to its goals among obstacles that are not in the map.
 pub struct InbyeNavigator {
@@ -125,8 +125,8 @@ fn waypoints(start: InbyePoint, goals: &[InbyeGoal]) -> Result<Waypoints, String
     }
     let goal = |goal: &InbyeGoal| {
         let position = goal.position.checked("a goal")?;
-        if goal.has_yaw && !goal.yaw.is_finite() {
-            return Err("the yaw of a goal is not finite".to_owned());
+        if goal.has_yaw {
+            check_coordinates([goal.yaw], "the yaw of a goal")?;
         }
         Ok(Goal { position, yaw: goal.has_yaw.then_some(goal.yaw) })
     };

@@ -1,6 +1,6 @@
 //! Plain values.
 
-use inbye::geometry::{Point, Pose, Twist};
+use inbye::geometry::{MAX_COORDINATE, Point, Pose, Twist};
 use inbye::map::MovingDisc;
 
 /// A point in the map frame, metres.
@@ -39,10 +39,21 @@ pub struct InbyeMovingDisc {
     pub vy: f64,
 }
 
+/// Checks coordinates, metres, and yaws, radians.
+pub fn check_coordinates<const N: usize>(numbers: [f64; N], name: &str) -> Result<(), String> {
+    let is_finite = numbers.iter().all(|number| number.is_finite());
+    finite((), is_finite, name)?;
+    if numbers.iter().any(|number| number.abs() > MAX_COORDINATE) {
+        return Err(format!(
+            "{name} has a number beyond {MAX_COORDINATE:e}: write metres and radians"
+        ));
+    }
+    Ok(())
+}
+
 impl InbyePoint {
     pub fn checked(&self, name: &str) -> Result<Point, String> {
-        let point = Point::new(self.x, self.y);
-        finite(point, point.is_finite(), name)
+        check_coordinates([self.x, self.y], name).map(|()| Point::new(self.x, self.y))
     }
 }
 
@@ -54,8 +65,8 @@ impl From<&Point> for InbyePoint {
 
 impl InbyePose {
     pub fn checked(&self, name: &str) -> Result<Pose, String> {
-        let pose = Pose::new(self.x, self.y, self.yaw);
-        finite(pose, pose.is_finite(), name)
+        let Self { x, y, yaw } = *self;
+        check_coordinates([x, y, yaw], name).map(|()| Pose::new(x, y, yaw))
     }
 }
 

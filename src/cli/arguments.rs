@@ -10,7 +10,7 @@ use clap::builder::{PossibleValue, TypedValueParser};
 use clap::{Arg, Args, Command, Error};
 use inbye::base::Protocol;
 use inbye::bench::{DecisionSize, EngineRequest};
-use inbye::geometry::{Point, Pose};
+use inbye::geometry::{MAX_COORDINATE, Point, Pose};
 use inbye::local::{CpuEngine, Engine};
 use inbye::map::UnknownPolicy;
 use inbye::runtime::{Config, PlantKind, PoseSource};
@@ -48,9 +48,6 @@ impl EngineArguments {
 pub fn decision_size(config: &Config) -> DecisionSize {
     DecisionSize::new(&config.local, config.robot.footprint.discs().len())
 }
-
-/// Largest coordinate, metres.
-pub const MAX_COORDINATE: f64 = 1e9;
 
 /// A yaw beyond a whole turn is probably in degrees.
 const WHOLE_TURN: f64 = TAU + 0.01;

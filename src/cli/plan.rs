@@ -4,14 +4,14 @@ use std::path::PathBuf;
 
 use anyhow::anyhow;
 use clap::Args;
-use inbye::geometry::Point;
+use inbye::geometry::{MAX_COORDINATE, Point};
 use inbye::global::PlanError;
 use inbye::map::{FreeSpace, OccupancyGrid, UNKNOWN, UnknownPolicy};
 use inbye::navigator::NavigationMap;
 use inbye::runtime::Config;
 use serde_json::{Value, json};
 
-use super::arguments::{MAX_COORDINATE, Place, real};
+use super::arguments::{Place, real};
 use super::files::all_written;
 use super::map_file::{self, EndArguments, MapArguments, MapInput};
 use super::output;

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::sample_motions::{SampleMotions, ramp_steps};
 use super::{ClearanceField, LocalSettings, ProblemError, Sampler, SamplerInputs, Window};
-use crate::geometry::{Point, Pose, Twist};
+use crate::geometry::{MAX_COORDINATE, Point, Pose, Twist};
 use crate::map::MovingDisc;
 use crate::robot::{Footprint, Limits, TickTime};
 use crate::settings::{SettingError, choices, require, setting_schema, settings};
@@ -330,6 +330,9 @@ pub(super) fn check_numbers(problem: &Problem) -> Result<(), ProblemError> {
     if let Some((quantity, _)) = finite.into_iter().find(|(_, finite)| !finite) {
         return Err(ProblemError::NotFinite { quantity });
     }
+    // Beyond it, the numbers are farther apart than the directions that matter.
+    let yaw = problem.pose.yaw;
+    in_range("yaw", yaw, "rad", yaw.abs() <= MAX_COORDINATE, "at most 1e9 rad")?;
     let above_zero = "finite and above zero";
     for (quantity, value, unit) in [
         ("deceleration along the path", problem.braking_x, "m/s^2"),

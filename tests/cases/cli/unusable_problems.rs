@@ -66,6 +66,7 @@ fn unusable_problem_values_are_rejected() {
 /limits/decel_lim_x 0.5 -> [limits] decel_lim_x is 0.5; below zero
 /robot/pose [0,0] -> "pose":[0,0]; length 2; 3 numbers
 /robot/pose [1e300,0,0] -> distance; at most
+/robot/pose [1,1,1e300] -> yaw is 1e300 rad; at most 1e9 rad
 /robot/velocity [1] -> "velocity":[1]; length 2
 /robot/footprint [] -> no disc; at least one
 /robot/footprint [{"x":0,"y":0,"radius":-1}] -> disc 0; radius above zero
