@@ -13,7 +13,7 @@ use super::svg::TOLERANCE;
 use super::{map_pictures, player};
 use crate::bench::{DensityRow, QualityRow, SkippedCell};
 use crate::geometry::Point;
-use crate::runtime::{Config, Mission, MissionResult};
+use crate::runtime::{Config, EarlyEnd, Mission, MissionEnd, MissionResult};
 
 /// Titles of the sections that are not on a mission.
 const ENGINES_TITLE: &str = "Do the engines agree?";
@@ -188,7 +188,12 @@ fn section(mission: &MissionView, number: usize) -> Markup {
 }
 
 fn outcome_badges(result: &MissionResult) -> Markup {
-    let reached = if result.reached { "goal reached" } else { "goal not reached" };
+    let reached = match (result.end(), result.early_end) {
+        _ if result.reached => "goal reached",
+        (_, Some(EarlyEnd::Interrupted)) => "interrupted before the goal",
+        (MissionEnd::Timeout, None) => "time limit before the goal",
+        _ => "goal not reached",
+    };
     let contact = if result.collided { "contact" } else { "no contact" };
     html! { (badge(result.reached, reached)) " " (badge(!result.collided, contact)) }
 }

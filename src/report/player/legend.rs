@@ -49,7 +49,7 @@ fn layers() -> [(&'static str, LegendEntry); 8] {
             "rejected",
             LegendEntry::new(
                 rejected,
-                "rejected samples: they collide, cannot stop or leave the field",
+                "rejected samples: they collide, cannot stop or leave the known area",
             ),
         ),
         ("chosen", LegendEntry::line("chosen-trajectory", "chosen trajectory")),

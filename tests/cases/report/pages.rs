@@ -13,7 +13,7 @@ use inbye::geometry::{Point, Pose};
 use inbye::global::Path;
 use inbye::map::{GridFrame, OccupancyGrid};
 use inbye::report::{BenchReport, Report, bench_svg, html};
-use inbye::runtime::{Config, Trace};
+use inbye::runtime::{Config, EarlyEnd, Trace};
 use markup::{attribute, check_well_formed, numbers_that_are_none, opening_tag, pictures};
 use scene::{Scene, closed_loop, comparisons, density, quality, scene, skipped};
 
@@ -293,6 +293,22 @@ fn contact_is_marked_on_the_map_and_in_text() {
     assert!(page.contains("✗ contact") && page.contains("✗ goal not reached"));
     // One on the map, one in its legend.
     assert_eq!(page.matches("<path class=\"contact-mark\"").count(), 2);
+}
+
+#[test]
+fn outcome_names_what_ended_a_drive_early() {
+    for (early_end, outcome) in [
+        (None, "✗ time limit before the goal"),
+        (Some(EarlyEnd::Interrupted), "✗ interrupted before the goal"),
+        (Some(EarlyEnd::RobotStopped), "✗ goal not reached"),
+    ] {
+        let mut made = scene(100);
+        (made.result.reached, made.result.early_end) = (false, early_end);
+        let page = html(&Report { missions: vec![made.view()], ..Report::default() });
+        check(&page);
+        // In the contents and in the section.
+        assert_eq!(page.matches(outcome).count(), 2, "{outcome}");
+    }
 }
 
 #[test]
