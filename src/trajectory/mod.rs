@@ -35,7 +35,7 @@ pub struct ErrorStatistics {
     pub sd: f64,
     /// Root of the mean square.
     pub rmse: f64,
-    /// Median; the lower one of an even number.
+    /// Median; the mean of the two in the middle of an even number.
     pub median: f64,
     /// Largest value.
     pub max: f64,
@@ -57,8 +57,24 @@ impl ErrorStatistics {
             mean,
             sd: (variance / count).sqrt(),
             rmse: squares.sqrt(),
-            median: values[(values.len() - 1) / 2],
+            median: f64::midpoint(values[(values.len() - 1) / 2], values[values.len() / 2]),
             max: values[values.len() - 1],
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand, and as `statistics.median` and `statistics.pstdev` of Python.
+    #[test]
+    fn statistics_of_an_odd_and_an_even_number_of_values() {
+        let odd = ErrorStatistics::of(vec![3.0, 0.0, 1.0]).expect("values");
+        assert_eq!((odd.median, odd.max), (1.0, 3.0));
+        let even = ErrorStatistics::of(vec![1.0, 7.0, 1.0, 3.0]).expect("values");
+        assert_eq!((even.mean, even.median, even.max), (3.0, 2.0, 7.0));
+        assert_eq!((even.sd, even.rmse), (6.0_f64.sqrt(), 15.0_f64.sqrt()));
+        assert_eq!(ErrorStatistics::of(Vec::new()), None);
     }
 }
