@@ -59,6 +59,11 @@ const TYPES: [(&str, &str); 10] = [
     ("expected a boolean", "expected true or false"),
 ];
 
+/// The name in older versions of Nav2 of the number of returns from which a zone acts, and its meaning there: it acts above its number.
+#[cfg(feature = "sim")]
+pub(crate) const MAX_POINTS: (&str, &str) =
+    ("max_points", "`max_points = N` of older versions of Nav2 is `min_points = N + 1`");
+
 /// A message of serde without the names of Rust types.
 #[cfg(feature = "sim")]
 pub(crate) fn without_rust_types(message: &str) -> String {

@@ -67,9 +67,10 @@ pub enum ConfigCommand {
     and local_costmap (the robot's shape), in any namespace and with wildcards. The TOML goes to standard output or into \
     the file; each key has a comment with the parameter that it comes from. Standard error lists every parameter of these nodes that is not \
     imported, with the reason. If controller and smoother limit the same quantity, the tighter limit counts.\n\
+    Warnings, such as that of a file without a footprint, are at the start of the TOML and on standard error.\n\
     JSON fields: `config` and `base_config` (TOML), `mapped` [{`parameter`,`settings` [{`setting`,`value`,`note`}]}], \
     `defaults` (likewise, missing parameters whose default in Nav2 is safer), `unmapped` \
-    [{`parameter`,`reason`,`explanation`}], `ignored_nodes`; `reason` is no_equivalent, different_meaning, not_supported, \
+    [{`parameter`,`reason`,`explanation`}], `ignored_nodes`, `warnings`; `reason` is no_equivalent, different_meaning, not_supported, \
     not_in_effect or unknown."
 )]
 pub struct ImportArguments {
@@ -134,6 +135,7 @@ fn import_nav2(arguments: &ImportArguments) -> anyhow::Result<()> {
         Output::create("--base-output", arguments.base_output.as_deref(), &["toml"])?;
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let heading = heading(&name);
+    imported.warnings.iter().for_each(output::warn);
     if output::is_json() {
         output::print_json(&imported)?;
     } else {

@@ -9,7 +9,7 @@ use toml::{Table, Value};
 
 use super::{Config, renamed_keys};
 use crate::settings::{KeyError, line_in_toml, read_table, read_toml};
-use crate::suggest::{closest_name, in_one_line, without_rust_types};
+use crate::suggest::{MAX_POINTS, closest_name, in_one_line, without_rust_types};
 
 /// Longest quotation of a line in an error, characters.
 const MAX_QUOTE: usize = 60;
@@ -195,6 +195,9 @@ fn suggestion(message: &str, table_of: impl Fn(&str) -> Option<String>) -> Optio
     if let Some((_, now)) = renamed_keys().find(|(old, _)| *old == given) {
         return Some(format!("`{given}` is now `{now}`"));
     }
+    if given == MAX_POINTS.0 && quoted.clone().any(|known| known == "min_points") {
+        return Some(MAX_POINTS.1.to_owned());
+    }
     if let Some(table) = table_of(given) {
         return Some(format!("`{given}` belongs in {table}"));
     }
@@ -236,6 +239,10 @@ mod tests {
         assert_eq!(suggested("max_vel").as_deref(), Some("did you mean `max_vel_x`?"));
         assert_eq!(suggested("mxa_vel_x").as_deref(), Some("did you mean `max_vel_x`?"));
         assert_eq!(suggested("colour"), None);
+        let zone = "unknown field `max_points`, expected one of `name`, `points`, `min_points`";
+        let hint = "`max_points = N` of older versions of Nav2 is `min_points = N + 1`";
+        assert_eq!(suggestion(zone, |_| None).as_deref(), Some(hint));
+        assert_eq!(suggested("max_points"), None);
         let elsewhere = suggestion(&message("beams"), |_| Some("[lidar]".to_owned()));
         assert_eq!(elsewhere.as_deref(), Some("`beams` belongs in [lidar]"));
     }

@@ -8,6 +8,7 @@ use super::footprint::FOOTPRINT;
 use super::parameter_file::Parameter;
 use super::{Import, Mapped, MappedSetting, Nav2Error, Unmapped, UnmappedReason};
 use crate::base::BaseConfig;
+use crate::local::LocalSettings;
 use crate::navigator::NavigatorSettings;
 use crate::runtime::Config;
 use crate::settings::KeyDescription;
@@ -15,8 +16,10 @@ use crate::suggest::in_one_line;
 
 /// Shortest lookahead of an imported robot, metres: the default of Nav2's regulated pure pursuit.
 const MIN_LOOKAHEAD_M: f64 = 0.6;
-/// The first line of settings without a footprint.
-const NO_FOOTPRINT: &str = "# Warning: no costmap has a footprint or a robot_radius: robot.footprint keeps its default of 0.7 x 0.5 m.\n\n";
+/// The warning of settings without a footprint.
+const NO_FOOTPRINT: &str = "no costmap has a footprint or a robot_radius: robot.footprint keeps its default of 0.7 x 0.5 m";
+/// Fewer samples of the dynamic window than this are too coarse: 5 speeds with 10 turn rates each.
+const LEAST_SAMPLES: u32 = 50;
 const HALF_OF_IT: &str = "at most half of the distance driven within it";
 
 /// How several parameters of one setting are combined.
@@ -35,6 +38,7 @@ pub(super) enum Merge {
 pub(super) struct ConfigBuilder {
     settings: BTreeMap<&'static str, Setting>,
     unmapped: BTreeMap<String, Unmapped>,
+    warnings: Vec<String>,
 }
 
 #[derive(Debug)]
@@ -140,6 +144,11 @@ impl ConfigBuilder {
         }
     }
 
+    /// Adds a warning, which has the place of its cause.
+    pub fn add_warning(&mut self, warning: impl Into<String>) {
+        self.warnings.push(warning.into());
+    }
+
     /// Whether a setting has a value.
     pub fn has(&self, setting: &str) -> bool {
         self.settings.contains_key(setting)
@@ -159,7 +168,13 @@ impl ConfigBuilder {
         let mut config = self.toml(&Config::keys());
         self.validate(&config, Config::validate)?;
         if !self.has(FOOTPRINT) {
-            config = [NO_FOOTPRINT, &config].concat();
+            self.add_warning(NO_FOOTPRINT);
+        }
+        self.check_samples();
+        if !self.warnings.is_empty() {
+            let comment = |warning: &String| format!("# Warning: {}.\n", in_one_line(warning));
+            let comments: String = self.warnings.iter().map(comment).collect();
+            config = [&comments, "\n", &config].concat();
         }
         Ok(Import {
             config,
@@ -168,7 +183,27 @@ impl ConfigBuilder {
             defaults,
             unmapped: self.unmapped.into_values().collect(),
             ignored_nodes,
+            warnings: self.warnings,
         })
+    }
+
+    /// Warns of few samples of the dynamic window: MPPI has noise around its last decision, a grid only its own speeds.
+    fn check_samples(&mut self) {
+        let LocalSettings { vx_samples, vtheta_samples, .. } = LocalSettings::default();
+        let count = |key: &str, default: u32| {
+            let setting = self.settings.get(key);
+            let given = setting.and_then(|setting| setting.value.as_integer());
+            given.map_or(i64::from(default), |count| count)
+        };
+        let speeds = count("local.vx_samples", vx_samples);
+        let rates = count("local.vtheta_samples", vtheta_samples);
+        if speeds.saturating_mul(rates) < i64::from(LEAST_SAMPLES) {
+            let causes = self.causes("vx_samples, vtheta_samples");
+            self.add_warning(format!(
+                "{causes}: {speeds} x {rates} samples of the dynamic window are too coarse: set local.vx_samples and \
+                 local.vtheta_samples, whose defaults are {vx_samples} and {vtheta_samples}"
+            ));
+        }
     }
 
     /// The settings of the base. Each that is out of range is left out, and its parameters are listed.

@@ -17,6 +17,7 @@ use core::fmt::{self, Display, Formatter};
 use serde::Serialize;
 use thiserror::Error;
 
+use crate::suggest::MAX_POINTS;
 use config_builder::ConfigBuilder;
 use parameter_file::{ParameterFile, Parameters};
 
@@ -72,8 +73,11 @@ pub fn import(text: &str, namespace: Option<&str>) -> Result<Import, Nav2Error> 
         }
     }
     if let Some((parameters, _)) = file.node(&namespace, COLLISION_MONITOR) {
-        for (_, path) in parameters.unused() {
-            let explanation = "the import leaves it out: write each of its polygons into collision_monitor.polygons of the settings, with name, action_type and points = [[x, y], ...]";
+        for (name, path) in parameters.unused() {
+            let mut explanation = "the import leaves it out: write each of its polygons into collision_monitor.polygons of the settings, with name, action_type and points = [[x, y], ...]".to_owned();
+            if name.ends_with(MAX_POINTS.0) {
+                explanation += &["; ", MAX_POINTS.1].concat();
+            }
             builder.add_unmapped(path, UnmappedReason::NotSupported, explanation);
         }
     }
@@ -84,7 +88,7 @@ pub fn import(text: &str, namespace: Option<&str>) -> Result<Import, Nav2Error> 
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Import {
-    /// The imported settings in TOML, each with its source as a comment. All others have their defaults.
+    /// The imported settings in TOML, each with its source as a comment, after the warnings. All others have their defaults.
     pub config: String,
     /// The imported settings of the base, likewise; empty if there are none.
     pub base_config: String,
@@ -97,6 +101,8 @@ pub struct Import {
     pub unmapped: Vec<Unmapped>,
     /// Nodes that are not imported.
     pub ignored_nodes: Vec<String>,
+    /// What to check before a robot drives with the settings.
+    pub warnings: Vec<String>,
 }
 
 /// A mapped parameter.

@@ -234,8 +234,9 @@ pub(super) fn motion_model(
     let model = |value: &Value| value.as_str().map(str::to_owned);
     if let Some(Parameter { path, value }) = parameters.take("motion_model", "a text", model)? {
         let explanation = format!(
-            "warning: {value} is not supported: inbye drives only robots with tracks or a differential drive, which turn on the spot"
+            "{value} is not supported: inbye drives only robots with tracks or a differential drive, which turn on the spot"
         );
+        builder.add_warning(format!("{path}: {explanation}"));
         builder.add_unmapped(path, UnmappedReason::NotSupported, explanation);
     }
     Ok(())

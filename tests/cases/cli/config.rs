@@ -141,8 +141,27 @@ fn imported_nav2_settings_drive() {
     assert_fields(
         &object,
         "config text, base_config text, mapped list, mapped[].parameter text, mapped[].settings list, unmapped list, \
-        unmapped[].parameter text, unmapped[].reason text, unmapped[].explanation text, ignored_nodes list",
+        unmapped[].parameter text, unmapped[].reason text, unmapped[].explanation text, ignored_nodes list, warnings list",
     );
+}
+
+#[test]
+fn warnings_of_an_import_are_on_standard_error_too() {
+    let place = place();
+    place.write(
+        "no_shape.yaml",
+        "controller_server:\n  ros__parameters: {controller_frequency: 10.0}\n",
+    );
+    let warning = "warning: no costmap has a footprint or a robot_radius";
+    for arguments in
+        ["no_shape.yaml --output robot.toml", "no_shape.yaml --quiet", "no_shape.yaml --json"]
+    {
+        let run = place.run(&format!("config import-nav2 {arguments}"));
+        let found = run.errors.iter().filter(|line| line.starts_with(warning)).count();
+        assert_eq!((run.status, found), (0, 1), "{arguments}: {run:?}");
+    }
+    let text = std::fs::read_to_string(place.path("robot.toml")).expect("it was written");
+    assert!(text.contains("# Warning: no costmap has a footprint"), "{text}");
 }
 
 #[test]

@@ -398,10 +398,44 @@ fn footprint_of_the_global_costmap_counts_where_the_local_one_has_none() {
     let (imported, config, _) = import_valid(&both, None);
     assert_eq!(config.robot.footprint, Footprint::round(0.31).expect("above zero"));
     assert!(!imported.config.contains("Warning"), "{}", imported.config);
+    assert!(imported.warnings.is_empty(), "{:?}", imported.warnings);
     let none = "controller_server:\n  ros__parameters: {controller_frequency: 10.0}\n";
     let (imported, config, _) = import_valid(none, None);
     assert_eq!(config.robot.footprint, Config::default().robot.footprint);
     assert!(imported.config.starts_with("# Warning: no costmap has a footprint"));
+    assert!(imported.warnings[0].starts_with("no costmap has a footprint"));
+}
+
+#[test]
+fn few_samples_are_a_warning() {
+    for (plugin, lines, samples) in [
+        ("nav2_mppi_controller::MPPIController", "batch_size: 1", Some("1 x 1 samples")),
+        ("nav2_mppi_controller::MPPIController", "batch_size: 49", Some("4 x 12 samples")),
+        ("nav2_mppi_controller::MPPIController", "batch_size: 50", None),
+        ("dwb_core::DWBLocalPlanner", "vx_samples: 1", Some("1 x 40 samples")),
+        ("dwb_core::DWBLocalPlanner", "vx_samples: 2", None),
+    ] {
+        let text = format!(
+            "controller_server:\n  ros__parameters:\n    FollowPath:\n      plugin: {plugin}\n      {lines}\n"
+        );
+        let (imported, ..) = import_valid(&text, None);
+        let parameter = lines.split(':').next().expect("a name");
+        let start = format!("controller_server.FollowPath.{parameter}");
+        let found = imported.warnings.iter().find(|warning| warning.starts_with(&start));
+        assert_eq!(found.is_some(), samples.is_some(), "{lines}: {:?}", imported.warnings);
+        assert!(samples.is_none_or(|samples| found.is_some_and(|found| found.contains(samples))));
+    }
+}
+
+#[test]
+fn max_points_of_an_older_collision_monitor_is_explained() {
+    let monitor =
+        "collision_monitor:\n  ros__parameters:\n    PolygonStop: {max_points: 3, type: polygon}\n";
+    let imported = import(&[DWB, monitor].concat(), None).expect("a valid file");
+    for (parameter, is_explained) in [("max_points", true), ("type", false)] {
+        let found = unmapped(&imported, &format!("collision_monitor.PolygonStop.{parameter}"));
+        assert_eq!(found.1.contains("`min_points = N + 1`"), is_explained, "{}", found.1);
+    }
 }
 
 #[test]
@@ -415,6 +449,11 @@ fn motion_model_without_rotation_on_the_spot_is_a_warning() {
         let imported = import(&text, None).expect("a valid file");
         let found = unmapped(&imported, "controller_server.FollowPath.motion_model");
         assert_eq!(found.0, reason, "{model}: {}", found.1);
+        let warning =
+            format!("controller_server.FollowPath.motion_model: {model} is not supported");
+        let has_warning = imported.warnings.iter().any(|found| found.starts_with(&warning));
+        assert_eq!(has_warning, model != "DiffDrive", "{:?}", imported.warnings);
+        assert_eq!(imported.config.contains(&format!("# Warning: {warning}")), has_warning);
     }
 }
 
