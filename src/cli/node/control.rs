@@ -6,16 +6,16 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::Duration;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use inbye::ros::msg::TwistStamped;
 use inbye::ros::node::dds::DdsSettings;
 use inbye::ros::node::network::{LinkEvents, NetworkLink, ToNetwork};
-use inbye::ros::node::{IncomingMessage, NodeCore, NodeSettings, Outgoing};
+use inbye::ros::node::{IncomingMessage, NodeCore, NodeNames, NodeSettings, Outgoing};
 use inbye::runtime::PoseSource;
 use serde_json::json;
 
 use super::network_process::{dds_settings, now};
-use super::{NodeArguments, OperatorArguments};
+use super::{NameArguments, NodeArguments, OperatorArguments};
 use crate::cli::machine::{interrupt_flag, wall_clock};
 use crate::cli::{config, invocation, operator, output};
 
@@ -38,7 +38,6 @@ pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
         );
     }
     let settings = dds_settings(arguments)?;
-    settings.check().with_context(|| format!("--namespace {}", arguments.namespace))?;
     let engine = arguments.engine.open(&config, false)?;
     let stop = interrupt_flag()?;
     let mut clock = wall_clock();
@@ -48,12 +47,13 @@ pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
         config,
         odom_is_map: arguments.odom_is_map,
         is_managed: arguments.lifecycle.managed,
+        names: settings.names.clone(),
     };
     let mut core = NodeCore::new(node_settings, engine)?;
     // Among them may be the map and the static transforms, which are sent once.
     receive_messages(&mut core, &first_messages);
-    let DdsSettings { namespace, domain, .. } = &settings;
-    output::note(format!("node {namespace}/inbye in domain {domain}"));
+    let DdsSettings { names, domain, .. } = &settings;
+    output::note(format!("node {} in domain {domain}", names.full_node()));
     let OperatorArguments { arm, operator_port } = arguments.operator;
     operator::serve(core.operator(), arm, operator_port)?;
     let mut due_s = 0.0;
@@ -75,7 +75,7 @@ pub fn run(arguments: &NodeArguments) -> anyhow::Result<bool> {
         thread::sleep(POLL_INTERVAL);
     }
     stop_robot(&mut core, &mut link, &mut clock);
-    report(&core, &link)?;
+    report(&core, &link, names)?;
     Ok(true)
 }
 
@@ -85,9 +85,11 @@ fn new_command(arguments: &NodeArguments, memory_mib: u32) -> Box<dyn FnMut() ->
     let running = Path::new("/proc/self/exe");
     let is_linked = invocation::is_own_file() && running.exists();
     let mut options = vec!["--network-memory-mib".to_owned(), memory_mib.to_string()];
-    if !arguments.namespace.is_empty() {
-        options.extend(["--namespace".to_owned(), arguments.namespace.clone()]);
+    let NameArguments { namespace, remap, .. } = &arguments.names;
+    if !namespace.is_empty() {
+        options.extend(["--namespace".to_owned(), namespace.clone()]);
     }
+    options.extend(remap.iter().flat_map(|rule| ["--remap".to_owned(), rule.clone()]));
     if arguments.lifecycle.managed {
         options.push("--managed".to_owned());
     }
@@ -197,7 +199,7 @@ fn stop_robot(core: &mut NodeCore, link: &mut NetworkLink, clock: &mut dyn FnMut
     }
 }
 
-fn report(core: &NodeCore, link: &NetworkLink) -> anyhow::Result<()> {
+fn report(core: &NodeCore, link: &NetworkLink, names: &NodeNames) -> anyhow::Result<()> {
     let (stats, network) = (core.stats(), link.stats());
     let mut object = json!(stats);
     object["unsent"] = json!(network.unsent);
@@ -218,7 +220,7 @@ fn report(core: &NodeCore, link: &NetworkLink) -> anyhow::Result<()> {
         ("protection", &stats.protective_actions),
     ];
     for (what, counts) in counters {
-        let counts = counts.iter().map(|(topic, count)| format!("{topic} {count}"));
+        let counts = counts.iter().map(|(topic, count)| format!("{} {count}", names.shown(topic)));
         let counts: Vec<String> = counts.collect();
         if !counts.is_empty() {
             lines.push(format!("{what:<12} {}", counts.join(", ")));
@@ -226,7 +228,7 @@ fn report(core: &NodeCore, link: &NetworkLink) -> anyhow::Result<()> {
     }
     let delays = stats.least_delay_s.iter();
     let delays: Vec<String> =
-        delays.map(|(topic, delay_s)| format!("{topic} {delay_s:.3} s")).collect();
+        delays.map(|(topic, delay_s)| format!("{} {delay_s:.3} s", names.shown(topic))).collect();
     if !delays.is_empty() {
         lines.push(format!("{:<12} {}", "least delay", delays.join(", ")));
     }

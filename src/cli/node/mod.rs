@@ -11,12 +11,12 @@ use super::arguments::{EngineArguments, duration, whole};
 #[command(
     after_help = "Example:\n  inbye node --config robot.toml --namespace /rover --arm --for 60\n\n\
     Subscriptions, with the names and types of ROS 2: map (OccupancyGrid, latched), scan (LaserScan), odom (Odometry), goal_pose \
-    (PoseStamped, in the map's frame), initialpose (PoseWithCovarianceStamped), \
+    (PoseStamped, in a frame that is connected to the map's), initialpose (PoseWithCovarianceStamped), \
     keepout_filter_mask and speed_filter_mask (OccupancyGrid, latched), costmap_filter_info (CostmapFilterInfo), speed_limit (SpeedLimit), tf and \
     tf_static, inbye/arm and inbye/stop (Bool). Publications: cmd_vel (Twist, or \
     TwistStamped with --stamped), plan (Path, latched), local_markers (MarkerArray), diagnostics (DiagnosticArray), tf and inbye/updated_map (with \
     pose_source = \"scans\"). All names are \
-    within the namespace, tf too.\n\
+    within the namespace, tf too; --remap renames them.\n\
     Action: navigate_to_pose (NavigateToPose), with feedback, cancel and result. By default its services work with \
     clients on rmw_fastrtps_cpp; with RMW_IMPLEMENTATION=rmw_cyclonedds_cpp they work with clients on Cyclone DDS.\n\
     With --managed the node starts unconfigured, has the services inbye/change_state, inbye/get_state and inbye/get_available_transitions, and \
@@ -44,9 +44,8 @@ pub struct NodeArguments {
     /// Settings, TOML: those of `inbye drive`.
     #[arg(long, value_name = "FILE.toml")]
     pub config: Option<PathBuf>,
-    /// Namespace of node and topics, such as /rover [default: none].
-    #[arg(long, value_name = "NS", default_value = "", hide_default_value = true)]
-    pub namespace: String,
+    #[command(flatten)]
+    pub names: NameArguments,
     #[command(flatten)]
     pub engine: EngineArguments,
     /// Publish `cmd_vel` as `TwistStamped`, which newer releases of Nav2 and `ros2_control` expect.
@@ -68,6 +67,21 @@ pub struct NodeArguments {
     /// Run as the network process of a node, within this memory, MiB.
     #[arg(long, hide = true, value_name = "MIB")]
     pub network_memory_mib: Option<u64>,
+}
+
+/// The names of a node in ROS.
+#[derive(Debug, Args)]
+pub struct NameArguments {
+    /// Namespace of node and topics, such as /rover [default: none].
+    #[arg(long, value_name = "NS", default_value = "", hide_default_value = true)]
+    pub namespace: String,
+    /// Rename a topic, a service or the action, such as scan:=/front/scan or ~/arm:=arm; __ns:=/robot1 sets the namespace, and
+    /// __node:=NAME the name of the node. Repeatable.
+    #[arg(long, short, value_name = "FROM:=TO")]
+    pub remap: Vec<String>,
+    /// Accept the arguments of ROS 2 launch files: --ros-args -r FROM:=TO.
+    #[arg(long)]
+    pub ros_args: bool,
 }
 
 /// How a node starts.

@@ -8,10 +8,11 @@ use anyhow::{Context, anyhow, bail};
 use inbye::ros::msg::Time;
 use inbye::ros::node::dds::{DdsSettings, Rmw};
 use inbye::ros::node::network::run_bridge;
+use inbye::ros::node::{NameError, NodeNames};
 #[cfg(unix)]
 use rlimit::Resource;
 
-use super::NodeArguments;
+use super::{NameArguments, NodeArguments};
 use crate::cli::machine::{interrupt_flag, wall_clock};
 
 /// The highest domain with ports of its own.
@@ -46,20 +47,30 @@ fn limit_memory(_memory_mib: u64) -> anyhow::Result<()> {
 
 /// The settings of DDS by the arguments and the environment.
 pub fn dds_settings(arguments: &NodeArguments) -> anyhow::Result<DdsSettings> {
-    let mut settings = DdsSettings::default();
-    // A slash alone is the root: no namespace.
-    let namespace = if arguments.namespace == "/" { "" } else { &*arguments.namespace };
-    namespace.clone_into(&mut settings.namespace);
-    settings.domain = domain()?;
     let variable = |name| env::var(name).unwrap_or_default();
-    settings.localhost_only = is_localhost_only(
-        &variable("ROS_AUTOMATIC_DISCOVERY_RANGE"),
-        &variable("ROS_LOCALHOST_ONLY"),
-    )?;
-    settings.stamped = arguments.stamped;
-    settings.is_managed = arguments.lifecycle.managed;
-    settings.rmw = rmw(&env::var("RMW_IMPLEMENTATION").unwrap_or_default())?;
-    Ok(settings)
+    Ok(DdsSettings {
+        names: node_names(&arguments.names)?,
+        domain: domain()?,
+        localhost_only: is_localhost_only(
+            &variable("ROS_AUTOMATIC_DISCOVERY_RANGE"),
+            &variable("ROS_LOCALHOST_ONLY"),
+        )?,
+        stamped: arguments.stamped,
+        rmw: rmw(&variable("RMW_IMPLEMENTATION"))?,
+        is_managed: arguments.lifecycle.managed,
+    })
+}
+
+/// The names by the arguments.
+fn node_names(arguments: &NameArguments) -> anyhow::Result<NodeNames> {
+    let NameArguments { namespace, remap, .. } = arguments;
+    NodeNames::new(namespace, remap).map_err(|error| {
+        let is_option =
+            matches!(&error, NameError::BadNamespace { namespace: found } if found == namespace);
+        let option =
+            if is_option { format!("--namespace {namespace}") } else { "--remap".to_owned() };
+        anyhow!(error).context(option)
+    })
 }
 
 /// The implementation of DDS whose limits the node keeps. An empty name is the default.

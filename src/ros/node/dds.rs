@@ -5,7 +5,7 @@ use std::net::Ipv4Addr;
 
 use ros2_client::dds::rustdds::{
     self, DomainParticipantBuilder, DomainParticipantStatusEvent, DomainParticipantStatusListener,
-    RTPSEntity, StatusEvented, policy,
+    RTPSEntity, StatusEvented, TopicDescription, policy,
 };
 use ros2_client::qos::{Durability, History, QosProfile, Reliability, WhenFull};
 use ros2_client::{
@@ -17,16 +17,16 @@ use serde::de::DeserializeOwned;
 use thiserror::Error;
 
 use super::action_server::{ActionQos, NavigateServer};
-use super::incoming::{COMMAND, IncomingMessage, NAVIGATE};
+use super::incoming::{COMMAND, IncomingMessage, MAP, NAVIGATE};
 use super::lifecycle_server::LifecycleServer;
+use super::names::NodeNames;
 use super::network::ToNetwork;
-use super::zones::{KEEPOUT_MASK, SPEED_MASK};
+use super::peers::{Peers, Role};
+use super::zones::{FILTER_INFO, KEEPOUT_MASK, SPEED_MASK};
 use crate::ros::msg::{self, Message};
 
 /// Maximum number of messages that one call of [`DdsNode::receive`] takes from a topic.
 const MAX_MESSAGES: usize = 64;
-/// Maximum number of publishers of other nodes to remember.
-const MAX_OTHERS: usize = 64;
 /// Number of queued messages of sensor data, as in ROS.
 const SENSOR_DEPTH: usize = 5;
 /// Number of queued messages of transforms: each message has only some of the frames.
@@ -52,8 +52,8 @@ pub enum Rmw {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DdsSettings {
-    /// Namespace of node and topics, with a leading slash; empty for none.
-    pub namespace: String,
+    /// The names of node, topics, services and action.
+    pub names: NodeNames,
     /// The DDS domain, 0 to 232: `ROS_DOMAIN_ID`.
     pub domain: u16,
     /// Restricts discovery to this machine.
@@ -66,40 +66,10 @@ pub struct DdsSettings {
     pub is_managed: bool,
 }
 
-impl DdsSettings {
-    /// The namespace with which DDS starts.
-    fn namespace(&self) -> &str {
-        if self.namespace.is_empty() { "/" } else { &self.namespace }
-    }
-
-    /// Checks the namespace.
-    ///
-    /// # Errors
-    /// When it is invalid in ROS.
-    pub fn check(&self) -> Result<(), NodeError> {
-        self.node_name()?;
-        topic_name(self.namespace(), "map").map(|_| ())
-    }
-
-    fn node_name(&self) -> Result<NodeName, NodeError> {
-        let namespace = self.namespace();
-        NodeName::new(namespace, "inbye").map_err(|_| bad_namespace(namespace))
-    }
-}
-
 /// Why a node cannot start.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum NodeError {
-    /// The namespace is invalid in ROS.
-    #[error(
-        "the namespace `{namespace}` is invalid: begin with a slash and a letter, then letters, digits and single underscores, \
-         such as /robot1"
-    )]
-    BadNamespace {
-        /// The namespace.
-        namespace: String,
-    },
     /// DDS cannot start.
     #[error(
         "DDS cannot start ({reason}): check that a network interface is up and the domain's ports are free"
@@ -127,9 +97,7 @@ pub struct DdsNode {
     own: rustdds::GUID,
     /// The topics of the subscriptions.
     topics: Vec<(rustdds::GUID, &'static str)>,
-    /// The topics on which only this node should publish, and the publishers of other nodes on them.
-    own_topics: [(String, &'static str); 2],
-    others: Vec<(rustdds::GUID, &'static str)>,
+    peers: Peers,
     unsent: u64,
     /// Other nodes discover the node during its lifetime.
     _node: Node,
@@ -144,13 +112,13 @@ enum CommandPublisher {
 }
 
 impl DdsNode {
-    /// Joins a domain as the node `inbye`.
+    /// Joins a domain as a node.
     ///
     /// # Errors
-    /// When the namespace is invalid, or the system provides no sockets.
+    /// When the system provides no sockets.
     pub fn open(settings: &DdsSettings) -> Result<Self, NodeError> {
-        settings.check()?;
-        let (namespace, node_name) = (settings.namespace(), settings.node_name()?);
+        let names = &settings.names;
+        let node_name = NodeName::new(names.namespace(), names.node()).map_err(dds_error)?;
         let mut participant = DomainParticipantBuilder::new(settings.domain);
         if settings.localhost_only {
             participant = participant.with_only_networks([Ipv4Addr::LOCALHOST]);
@@ -170,9 +138,9 @@ impl DdsNode {
             feedback: reliable(SERVICE_DEPTH),
             status: latched(1),
         };
-        let name = topic_name(namespace, NAVIGATE)?;
+        let full_name = |name: &str| dds_name(names, name);
+        let name = full_name(NAVIGATE)?;
         let navigate = NavigateServer::new(&mut node, mapping, &name, qos).map_err(dds_error)?;
-        let full_name = |name: &str| topic_name(namespace, name);
         let qos = reliable(SERVICE_DEPTH);
         let lifecycle =
             settings.is_managed.then(|| LifecycleServer::new(&mut node, mapping, full_name, &qos));
@@ -182,15 +150,18 @@ impl DdsNode {
             Ok::<_, NodeError>((name, topic))
         };
         let own_topics = [own_topic(COMMAND, "")?, own_topic(NAVIGATE, "/_action/status")?];
-        let mut builder =
-            EndpointBuilder { node: &mut node, namespace, inputs: Vec::new(), topics: Vec::new() };
+        let peers = Peers::new(own_topics);
+        let mut builder = EndpointBuilder {
+            node: &mut node,
+            names,
+            peers,
+            inputs: Vec::new(),
+            topics: Vec::new(),
+        };
         builder.all_inputs()?;
+        let command = builder.command_publisher(settings.stamped)?;
         Ok(Self {
-            command: if settings.stamped {
-                CommandPublisher::Stamped(builder.publisher(COMMAND, reliable(1))?)
-            } else {
-                CommandPublisher::Plain(builder.publisher(COMMAND, reliable(1))?)
-            },
+            command,
             path: builder.publisher("plan", latched(1))?,
             markers: builder.publisher("local_markers", reliable(1))?,
             diagnostics: builder.publisher("diagnostics", reliable(1))?,
@@ -202,8 +173,7 @@ impl DdsNode {
             own,
             inputs: builder.inputs,
             topics: builder.topics,
-            own_topics,
-            others: Vec::new(),
+            peers: builder.peers,
             unsent: 0,
             _node: node,
         })
@@ -221,12 +191,18 @@ impl DdsNode {
         all
     }
 
-    /// Takes what DDS reports. Of interest are publishers whose messages do not arrive, and those that should not be there.
+    /// Takes what DDS reports. Of interest are publishers whose messages do not arrive, those that should not be there, and other
+    /// types.
     fn take_events(&mut self, all: &mut Vec<IncomingMessage>) {
         use DomainParticipantStatusEvent as Event;
-        let were_present = self.present_others();
         let events = iter::from_fn(|| self.events.try_recv_status());
-        for event in events.take(MAX_MESSAGES) {
+        let mut events = events.take(MAX_MESSAGES).peekable();
+        if events.peek().is_none() {
+            return;
+        }
+        let before = self.peers.reports();
+        let is_other = |guid: &rustdds::GUID| guid.prefix != self.own.prefix;
+        for event in events {
             match event {
                 Event::RemoteWriterQosIncompatible { local_reader, requested_qos, .. } => {
                     let topic = self.topics.iter().find(|(reader, _)| *reader == local_reader);
@@ -235,32 +211,31 @@ impl DdsNode {
                         IncomingMessage::Unmatched { topic, expected }
                     }));
                 }
-                Event::WriterDetected { writer } if writer.guid.prefix != self.own.prefix => {
-                    let found = self.own_topics.iter().find(|(name, _)| *name == writer.topic_name);
-                    let other = found.map(|(_, topic)| (writer.guid, *topic));
-                    let is_new =
-                        |other: &_| !self.others.contains(other) && self.others.len() < MAX_OTHERS;
-                    self.others.extend(other.filter(is_new));
+                Event::WriterDetected { writer: peer } if is_other(&peer.guid) => {
+                    self.peers.detected(
+                        Role::Publisher,
+                        peer.guid,
+                        &peer.topic_name,
+                        &peer.type_name,
+                    );
                 }
-                Event::WriterLost { guid, .. } => self.others.retain(|(other, _)| *other != guid),
-                Event::ParticipantLost { id, .. } => {
-                    self.others.retain(|(other, _)| other.prefix != id);
+                Event::ReaderDetected { reader: peer } if is_other(&peer.guid) => {
+                    self.peers.detected(
+                        Role::Subscriber,
+                        peer.guid,
+                        &peer.topic_name,
+                        &peer.type_name,
+                    );
                 }
+                Event::WriterLost { guid, .. } | Event::ReaderLost { guid, .. } => {
+                    self.peers.lost(|peer| *peer == guid);
+                }
+                Event::ParticipantLost { id, .. } => self.peers.lost(|peer| peer.prefix == id),
                 _ => {}
             }
         }
-        let own_topics = self.own_topics.iter().zip(were_present).zip(self.present_others());
-        for (((_, topic), was_present), is_present) in own_topics {
-            if is_present != was_present {
-                all.push(IncomingMessage::OtherPublisher { topic, is_present });
-            }
-        }
-    }
-
-    /// Whether another node publishes on each of this node's own topics.
-    fn present_others(&self) -> [bool; 2] {
-        let is_present = |topic| self.others.iter().any(|(_, other)| *other == topic);
-        self.own_topics.each_ref().map(|(_, topic)| is_present(*topic))
+        let reports = self.peers.reports().into_iter().zip(before);
+        all.extend(reports.filter(|(report, before)| report != before).map(|(report, _)| report));
     }
 
     /// Publishes a message without waiting. A message that cannot be sent immediately is dropped and counted.
@@ -294,14 +269,15 @@ impl DdsNode {
 /// Creates subscriptions and publishers.
 struct EndpointBuilder<'a> {
     node: &'a mut Node,
-    namespace: &'a str,
+    names: &'a NodeNames,
+    peers: Peers,
     inputs: Vec<Input>,
     topics: Vec<(rustdds::GUID, &'static str)>,
 }
 
 impl EndpointBuilder<'_> {
     fn topic<M: Message>(&self, name: &str, qos: &QosProfile) -> Result<rustdds::Topic, NodeError> {
-        let name = topic_name(self.namespace, name)?;
+        let name = dds_name(self.names, name)?;
         let message_type = MessageTypeName::new(M::PACKAGE, M::NAME);
         self.node.create_topic(&name, message_type, qos).map_err(dds_error)
     }
@@ -311,11 +287,11 @@ impl EndpointBuilder<'_> {
         use IncomingMessage as Incoming;
         self.input("tf_static", latched(TRANSFORM_DEPTH), Incoming::StaticTransforms)?;
         self.input("tf", reliable(TRANSFORM_DEPTH), Incoming::Transforms)?;
-        self.input("map", latched(1), Incoming::Map)?;
+        self.input(MAP, latched(1), Incoming::Map)?;
         self.input(KEEPOUT_MASK, latched(1), Incoming::KeepoutMask)?;
         self.input(SPEED_MASK, latched(1), Incoming::SpeedMask)?;
         // Of each filter.
-        self.input("costmap_filter_info", latched(FILTERS_DEPTH), Incoming::FilterInfo)?;
+        self.input(FILTER_INFO, latched(FILTERS_DEPTH), Incoming::FilterInfo)?;
         self.input("speed_limit", reliable(1), Incoming::SpeedLimit)?;
         self.input("odom", sensor_data(), |message| Incoming::Odometry(Box::new(message)))?;
         self.input("scan", sensor_data(), Incoming::Scan)?;
@@ -335,6 +311,7 @@ impl EndpointBuilder<'_> {
         convert: impl Fn(M) -> IncomingMessage + 'static,
     ) -> Result<(), NodeError> {
         let dds_topic = self.topic::<M>(topic, &qos)?;
+        self.peers.add_topic(topic, dds_topic.name(), dds_topic.get_type().name().to_owned());
         let subscription = self.node.create_subscription::<M>(&dds_topic, Some(qos));
         let subscription = subscription.map_err(dds_error)?;
         let guid = subscription.guid();
@@ -359,6 +336,19 @@ impl EndpointBuilder<'_> {
         Ok(())
     }
 
+    fn command_publisher(&mut self, is_stamped: bool) -> Result<CommandPublisher, NodeError> {
+        let qos = reliable(1);
+        let (topic, publisher) = if is_stamped {
+            let topic = self.topic::<msg::TwistStamped>(COMMAND, &qos)?;
+            (topic, CommandPublisher::Stamped(self.publisher(COMMAND, qos)?))
+        } else {
+            let topic = self.topic::<msg::Twist>(COMMAND, &qos)?;
+            (topic, CommandPublisher::Plain(self.publisher(COMMAND, qos)?))
+        };
+        self.peers.add_topic(COMMAND, topic.name(), topic.get_type().name().to_owned());
+        Ok(publisher)
+    }
+
     fn publisher<M: Message + Serialize>(
         &mut self,
         name: &str,
@@ -380,16 +370,9 @@ fn needed(qos: &rustdds::QosPolicies) -> String {
     }
 }
 
-/// The full name of a topic. The part of its name before a slash belongs to the namespace.
-fn topic_name(namespace: &str, name: &str) -> Result<Name, NodeError> {
-    let (inner, base) = name.rsplit_once('/').unwrap_or(("", name));
-    let separator = if inner.is_empty() || namespace.ends_with('/') { "" } else { "/" };
-    let full = format!("{namespace}{separator}{inner}");
-    Name::new(&full, base).map_err(|_| bad_namespace(namespace))
-}
-
-fn bad_namespace(namespace: &str) -> NodeError {
-    NodeError::BadNamespace { namespace: namespace.to_owned() }
+/// The full name of a topic, a service or the action.
+fn dds_name(names: &NodeNames, name: &str) -> Result<Name, NodeError> {
+    Name::parse(&names.full(name)).map_err(dds_error)
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "`map_err` passes the error by value")]

@@ -214,6 +214,11 @@ impl Frames {
         if is_level { Ok(found) } else { Err(NoPose::Tilted) }
     }
 
+    /// The frames and their parents.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.links.iter().flat_map(|(frame, link)| [&**frame, &*link.parent])
+    }
+
     /// A frame and those above it.
     fn with_parents<'a>(&'a self, frame: &'a str) -> impl Iterator<Item = &'a str> {
         let parent = |name: &&str| self.links.get(*name).map(|link| &*link.parent);

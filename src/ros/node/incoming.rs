@@ -1,8 +1,8 @@
 //! Incoming messages, validated and converted to the types of this crate.
 
 use super::notices::MessageError;
-use super::zones::{KEEPOUT_MASK, SPEED_MASK};
-use crate::geometry::{Point, Pose, Twist};
+use super::zones::{FILTER_INFO, KEEPOUT_MASK, SPEED_MASK};
+use crate::geometry::{Pose, Twist, wrap_angle};
 use crate::localization::PoseHint;
 use crate::map::{GridFrame, OccupancyGrid};
 use crate::navigator::Goal;
@@ -24,6 +24,8 @@ const MAX_FRAME_NAME: usize = 256;
 pub const CHANGE_STATE: &str = "inbye/change_state";
 /// The topic of velocities.
 pub const COMMAND: &str = "cmd_vel";
+/// The topic of the map.
+pub const MAP: &str = "map";
 /// The name of the action.
 pub const NAVIGATE: &str = "navigate_to_pose";
 
@@ -59,6 +61,15 @@ macro_rules! incoming_messages {
                 /// Whether there is one.
                 is_present: bool,
             },
+            /// Another node reads `cmd_vel` or publishes another topic with another type, or no longer does.
+            OtherType {
+                /// The topic.
+                topic: &'static str,
+                /// The type of this node, with its package.
+                expected: String,
+                /// The type of the other node, if there is one.
+                found: Option<String>,
+            },
         }
 
         impl IncomingMessage {
@@ -68,14 +79,20 @@ macro_rules! incoming_messages {
                 known.into_iter().find(|(name, _)| *name == topic)
             }
 
-            /// The topic of the message, relative to the namespace.
+            #[cfg(test)]
+            pub(super) fn topics() -> impl Iterator<Item = &'static str> {
+                [$($topic,)* COMMAND].into_iter()
+            }
+
+            /// The topic of the message, relative to the namespace, without rules that remap it.
             #[must_use]
             pub const fn topic(&self) -> &'static str {
                 match self {
                     $(Self::$name(_) => $topic,)*
                     Self::Undecodable { topic, .. }
                     | Self::Unmatched { topic, .. }
-                    | Self::OtherPublisher { topic, .. } => topic,
+                    | Self::OtherPublisher { topic, .. }
+                    | Self::OtherType { topic, .. } => topic,
                 }
             }
 
@@ -91,6 +108,10 @@ macro_rules! incoming_messages {
                     Self::OtherPublisher { topic, is_present } => {
                         report(20, topic, is_present.to_string())
                     }
+                    Self::OtherType { topic, expected, found } => {
+                        let found = found.as_deref().unwrap_or_default();
+                        report(22, topic, format!("{expected} {found}"))
+                    }
                 }
             }
 
@@ -98,13 +119,18 @@ macro_rules! incoming_messages {
             pub(super) fn from_parts(kind: u8, payload: &[u8]) -> Option<Self> {
                 match kind {
                     $($kind => Some(Self::$name(msg::$message::from_cdr(payload)?.into())),)*
-                    8 | 19 | 20 => {
+                    8 | 19 | 20 | 22 => {
                         let msg::KeyValue { key, value } = Message::from_cdr(payload)?;
                         let (topic, expected) = Self::topic_and_type(&key)?;
                         Some(match kind {
                             8 => Self::Undecodable { topic, expected, reason: value },
                             19 => Self::Unmatched { topic, expected: value },
-                            _ => Self::OtherPublisher { topic, is_present: value.parse().ok()? },
+                            20 => Self::OtherPublisher { topic, is_present: value.parse().ok()? },
+                            _ => {
+                                let (expected, found) = value.split_once(' ')?;
+                                let found = (!found.is_empty()).then(|| found.to_owned());
+                                Self::OtherType { topic, expected: expected.to_owned(), found }
+                            }
                         })
                     }
                     _ => None,
@@ -116,7 +142,7 @@ macro_rules! incoming_messages {
 
 incoming_messages! {
     /// On `map`.
-    2 Map(msg::OccupancyGrid: OccupancyGrid) "map", "OccupancyGrid";
+    2 Map(msg::OccupancyGrid: OccupancyGrid) MAP, "OccupancyGrid";
     /// On `scan`.
     3 Scan(msg::LaserScan: LaserScan) "scan", "LaserScan";
     /// On `odom`.
@@ -138,7 +164,7 @@ incoming_messages! {
     /// On `speed_filter_mask`: zones with a speed limit.
     13 SpeedMask(msg::OccupancyGrid: OccupancyGrid) SPEED_MASK, "OccupancyGrid";
     /// On `costmap_filter_info`: what the speed mask means.
-    14 FilterInfo(msg::CostmapFilterInfo: CostmapFilterInfo) "costmap_filter_info", "CostmapFilterInfo";
+    14 FilterInfo(msg::CostmapFilterInfo: CostmapFilterInfo) FILTER_INFO, "CostmapFilterInfo";
     /// On `speed_limit`: a limit for everywhere.
     15 SpeedLimit(msg::SpeedLimit: SpeedLimit) "speed_limit", "SpeedLimit";
     /// A goal of the action `navigate_to_pose`.
@@ -154,7 +180,10 @@ incoming_messages! {
 impl IncomingMessage {
     /// Whether a node published the message, on a topic or to a service. The others are reports of the transport.
     pub(super) const fn is_published(&self) -> bool {
-        !matches!(self, Self::Unmatched { .. } | Self::OtherPublisher { .. })
+        !matches!(
+            self,
+            Self::Unmatched { .. } | Self::OtherPublisher { .. } | Self::OtherType { .. }
+        )
     }
 
     /// Whether the message is a goal.
@@ -228,22 +257,43 @@ impl OdometryInput {
     }
 }
 
-/// A goal and its frame. An orientation of four zeros leaves the yaw free.
-///
-/// # Errors
-/// When the pose or the frame is invalid.
-pub fn goal(message: &msg::PoseStamped) -> Result<(String, Goal), MessageError> {
-    let frame = frame_name("header.frame_id", &message.header.frame_id)?;
-    let mut pose = message.pose;
-    let msg::Quaternion { x, y, z, w } = pose.orientation;
-    let is_yaw_free = [x, y, z, w] == [0.0; 4];
-    if is_yaw_free {
-        pose.orientation = msg::Quaternion::default();
+/// A goal in a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct GoalInput {
+    pub frame: String,
+    /// Zero for the time of its arrival.
+    pub stamp: Time,
+    pub goal: Goal,
+}
+
+impl GoalInput {
+    /// Converts a message. An orientation of four zeros leaves the yaw free.
+    ///
+    /// # Errors
+    /// When the pose or the frame is invalid.
+    pub fn new(message: &msg::PoseStamped) -> Result<Self, MessageError> {
+        let frame = frame_name("header.frame_id", &message.header.frame_id)?;
+        let mut pose = message.pose;
+        let msg::Quaternion { x, y, z, w } = pose.orientation;
+        let is_yaw_free = [x, y, z, w] == [0.0; 4];
+        if is_yaw_free {
+            pose.orientation = msg::Quaternion::default();
+        }
+        let pose = planar_pose("pose", &pose)?;
+        let yaw = (!is_yaw_free).then_some(pose.yaw);
+        let goal = Goal { position: pose.position(), yaw };
+        Ok(Self { frame, stamp: message.header.stamp, goal })
     }
-    let pose = planar_pose("pose", &pose)?;
-    let goal =
-        Goal { position: Point::new(pose.x, pose.y), yaw: (!is_yaw_free).then_some(pose.yaw) };
-    Ok((frame, goal))
+
+    /// The goal in another frame, in which its own has this pose.
+    pub fn transformed(&self, frame: &str, pose: &Pose) -> Self {
+        let Goal { position, yaw } = self.goal;
+        let goal = Goal {
+            position: pose.transform(&position),
+            yaw: yaw.map(|yaw| wrap_angle(pose.yaw + yaw)),
+        };
+        Self { frame: frame.to_owned(), stamp: self.stamp, goal }
+    }
 }
 
 /// A rough pose and its frame. Its standard deviations are those of the position along its worse axis and of the yaw. A covariance

@@ -1,5 +1,7 @@
 //! The newest map, odometry, scan and frames.
 
+mod map_frame;
+
 use super::arrival_delay::ArrivalDelay;
 use super::frames::{FramePose, Frames};
 use super::incoming::{MapInput, OdometryInput, frame_name};

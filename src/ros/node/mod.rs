@@ -20,10 +20,13 @@ mod lifecycle;
 #[cfg(feature = "ros2")]
 mod lifecycle_server;
 mod localization;
+mod names;
 pub mod network;
 mod node_core;
 mod notices;
 mod odometry_check;
+#[cfg(feature = "ros2")]
+mod peers;
 #[cfg(feature = "ros2")]
 mod pending_requests;
 mod protection;
@@ -37,6 +40,7 @@ pub use incoming::IncomingMessage;
 #[cfg(all(feature = "mcap", feature = "logs"))]
 pub(crate) use incoming::{frame_name, planar_pose};
 pub use lifecycle::LifecycleState;
+pub use names::{NameError, NodeNames};
 pub use node_core::{NodeCore, NodeSettings, Outgoing};
 pub use notices::NodeStats;
 #[cfg(all(feature = "mcap", feature = "logs"))]

@@ -10,19 +10,22 @@ mod localization;
 mod map;
 mod status;
 
+use std::collections::BTreeMap;
+
 use self::ages::{MAX_TICK_GAP_S, check_period};
 use self::status::Inputs;
 use super::action::{ActionUpdate, ActiveGoal};
 use super::conflicts::Conflicts;
 use super::diagnostics::Diagnostics;
 use super::engine::NodeEngine;
-use super::incoming::{self, IncomingMessage, MapInput, OdometryInput};
+use super::incoming::{self, GoalInput, IncomingMessage, MAP, MapInput, OdometryInput};
 use super::latest_inputs::LatestInputs;
 use super::lifecycle::LifecycleState;
 use super::localization::NodeLocalization;
+use super::names::NodeNames;
 use super::notices::{MessageError, NodeStats, Notices};
 use super::protection::Protection;
-use super::zones::ZoneInputs;
+use super::zones::{KEEPOUT_MASK, SPEED_MASK, ZoneInputs};
 use crate::base::{OperatorState, OperatorSwitch};
 use crate::geometry::{Pose, Twist};
 use crate::local::Engine;
@@ -39,6 +42,9 @@ const RESUME_HOLD_S: f64 = 2.0;
 /// other meanwhile.
 const TRANSPORT_SETTLE_S: f64 = 5.0;
 
+/// The topics of the map and the masks.
+const GRIDS: [&str; 3] = [MAP, KEEPOUT_MASK, SPEED_MASK];
+
 /// Settings of a node.
 #[derive(Clone, Debug, Default)]
 #[non_exhaustive]
@@ -51,6 +57,8 @@ pub struct NodeSettings {
     pub odom_is_map: bool,
     /// Starts unconfigured, and waits for the requests of a lifecycle manager; otherwise the node starts active.
     pub is_managed: bool,
+    /// The names of topics and action, for notices and diagnostics.
+    pub names: NodeNames,
 }
 
 /// The messages to publish at a tick.
@@ -129,6 +137,8 @@ pub struct NodeCore {
     tick_clock: TickClock,
     command: Twist,
     conflicts: Conflicts,
+    /// Why the newest message with a map or a mask is rejected, by its topic. Senders publish these once.
+    rejected_grids: BTreeMap<&'static str, String>,
     diagnostics: Diagnostics,
     notices: Notices,
     stats: NodeStats,
@@ -168,10 +178,12 @@ impl NodeCore {
             protection: Protection::new(config)?,
             localization: (config.pose_source == PoseSource::Scans)
                 .then(|| NodeLocalization::new(config.localization, config.unknown)),
+            zones: ZoneInputs::new(settings.names.clone()),
+            conflicts: Conflicts::new(settings.names.clone()),
+            notices: Notices::new(settings.names.clone()),
             settings,
             engine: NodeEngine::new(engine),
             inputs: LatestInputs::default(),
-            zones: ZoneInputs::default(),
             contradicted: ContradictedMap::default(),
             action: None,
             updates: Vec::new(),
@@ -195,9 +207,8 @@ impl NodeCore {
             markers_s: f64::NEG_INFINITY,
             tick_clock,
             command: Twist::STOP,
-            conflicts: Conflicts::default(),
+            rejected_grids: BTreeMap::new(),
             diagnostics: Diagnostics::default(),
-            notices: Notices::default(),
             stats: NodeStats::default(),
         })
     }
@@ -234,9 +245,13 @@ impl NodeCore {
         let accepted = self.accept(now_s, message);
         if message.is_published() {
             self.stats.count_message(topic, accepted.is_ok());
+            self.rejected_grids.remove(topic);
         }
         if let Err(error) = accepted {
             self.notices.rejected(topic, message.is_goal(), &error);
+            if GRIDS.contains(&topic) {
+                self.rejected_grids.insert(topic, error.to_string());
+            }
         }
     }
 
@@ -295,7 +310,7 @@ impl NodeCore {
             IncomingMessage::Navigate(goal) => self.navigate(now_s, goal)?,
             IncomingMessage::Cancel(request) => self.cancel(now_s, *request),
             IncomingMessage::ResultRequest(request) => self.keep_result_request(*request),
-            IncomingMessage::Goal(goal) => self.set_goal(now_s, incoming::goal(goal)?)?,
+            IncomingMessage::Goal(goal) => self.set_goal(now_s, &GoalInput::new(goal)?)?,
             IncomingMessage::KeepoutMask(mask) => {
                 let is_new = self.zones.set_keepout(MapInput::new(mask)?);
                 self.use_masks(is_new);
@@ -328,6 +343,9 @@ impl NodeCore {
             }
             IncomingMessage::OtherPublisher { topic, is_present } => {
                 self.conflicts.set_publisher(topic, *is_present);
+            }
+            IncomingMessage::OtherType { topic, expected, found } => {
+                self.conflicts.set_type(topic, expected, found.as_deref());
             }
         }
         Ok(())

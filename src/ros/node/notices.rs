@@ -7,6 +7,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::frames::NoPose;
+use super::names::NodeNames;
 use crate::base::{OperatorState, ProtectiveAction};
 use crate::localization::{LocalizationError, LostReason};
 use crate::map::{MapError, MaskFault};
@@ -44,6 +45,10 @@ pub enum MessageError {
     Tilted(&'static str),
     #[error("it is in the frame `{found}`, the map in `{expected}`: send it in the map's frame")]
     WrongFrame { found: String, expected: String },
+    #[error(
+        "it is in the frame `{found}`, whose pose in the map's frame `{expected}` is not known; known frames: {known}"
+    )]
+    UnknownFrame { found: String, expected: String, known: String },
     #[error("its {0} is empty: name the frame")]
     NoFrame(&'static str),
     #[error("its {field} must have at most {max} bytes and no control characters")]
@@ -88,7 +93,7 @@ pub enum MessageError {
     #[error(
         "its filter_mask_topic is `{found}`: the node reads `{expected}`; publish the mask there"
     )]
-    OtherMask { found: String, expected: &'static str },
+    OtherMask { found: String, expected: String },
     #[error("the node does not localise the robot: set pose_source = \"scans\"")]
     NotLocalizing,
     #[error("the node is {state}: its lifecycle manager must activate it first")]
@@ -106,13 +111,13 @@ pub enum MissingInput {
     #[error("no map was received")]
     Map,
     #[error("the mask on {topic} is in the frame `{found}`, the map in `{expected}`")]
-    MaskInMapFrame { topic: &'static str, found: String, expected: String },
+    MaskInMapFrame { topic: String, found: String, expected: String },
     #[error("the mask on {topic} cannot be used: {fault}")]
-    UsableMask { topic: &'static str, fault: MaskFault },
+    UsableMask { topic: String, fault: MaskFault },
     #[error(
-        "the mask on speed_filter_mask has no meaning without a message on costmap_filter_info: start the server of the filter's info"
+        "the mask on {mask} has no meaning without a message on {info}: start the server of the filter's info"
     )]
-    FilterInfo,
+    FilterInfo { mask: String, info: String },
     #[error("the map is being prepared")]
     PreparedMap,
     #[error("the robot's pose is being searched ({0})")]
@@ -191,6 +196,7 @@ impl NodeStats {
 /// Notices for the user, and those that the user has already.
 #[derive(Debug, Default)]
 pub struct Notices {
+    names: NodeNames,
     pending: Vec<String>,
     rejections: HashSet<(&'static str, Discriminant<MessageError>)>,
     missing: Option<MissingInput>,
@@ -212,6 +218,11 @@ pub struct Notices {
 }
 
 impl Notices {
+    /// No notices, for a node with these names.
+    pub fn new(names: NodeNames) -> Self {
+        Self { names, ..Self::default() }
+    }
+
     /// Adds a notice. Control characters, which the network may have sent, do not reach the user's terminal.
     pub fn push(&mut self, notice: impl Into<String>) {
         self.pending.push(notice.into().replace(char::is_control, "\u{fffd}"));
@@ -225,6 +236,7 @@ impl Notices {
     /// A message is rejected. There is one notice for each topic and kind of error, and one for each goal.
     pub fn rejected(&mut self, topic: &'static str, is_goal: bool, error: &MessageError) {
         if self.rejections.insert((topic, discriminant(error))) || is_goal {
+            let topic = self.names.shown(topic);
             self.push(format!("a message on {topic} is rejected: {error}"));
         }
     }
@@ -232,6 +244,7 @@ impl Notices {
     /// No message of a publisher arrives. There is one notice for each topic.
     pub fn unmatched(&mut self, topic: &'static str, expected: &str) {
         if self.unmatched_topics.insert(topic) {
+            let topic = self.names.shown(topic);
             self.push(format!(
                 "a publisher on {topic} has another quality of service (QoS), and none of its messages arrive: publish as {expected}"
             ));
@@ -277,6 +290,7 @@ impl Notices {
             } else {
                 "the sender is slow or sends too rarely, or its clock is behind; synchronise the clocks with chrony or NTP"
             };
+            let topic = self.names.shown(topic);
             self.push(format!(
                 "messages on {topic} are {least_delay_s:.2} s old when they arrive, and {least_age_s:.2} s before the next one, the \
                  limit is {limit_s} s: {cause}"

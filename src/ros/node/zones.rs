@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::incoming::MapInput;
+use super::names::NodeNames;
 use super::notices::{MessageError, MissingInput};
 use crate::map::{MaskFault, OccupancyGrid, Zones};
 use crate::navigator::Fault;
@@ -11,6 +12,8 @@ use crate::ros::msg::{CostmapFilterInfo, SpeedLimit};
 /// The topics of the masks, as in Nav2's examples.
 pub const KEEPOUT_MASK: &str = "keepout_filter_mask";
 pub const SPEED_MASK: &str = "speed_filter_mask";
+/// The topic of what masks mean.
+pub const FILTER_INFO: &str = "costmap_filter_info";
 
 /// The limit for a value of a speed mask, `base + multiplier * value`: in percent of the largest speed, or in m/s.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +26,7 @@ struct SpeedScale {
 /// The newest masks and limits.
 #[derive(Debug, Default)]
 pub struct ZoneInputs {
+    names: NodeNames,
     keepout: Option<MapInput>,
     speed: Option<MapInput>,
     scale: Option<SpeedScale>,
@@ -35,6 +39,11 @@ pub struct ZoneInputs {
 }
 
 impl ZoneInputs {
+    /// No masks, for a node with these names.
+    pub fn new(names: NodeNames) -> Self {
+        Self { names, ..Self::default() }
+    }
+
     /// Sets the mask of closed zones. Returns whether it is new.
     pub fn set_keepout(&mut self, mask: MapInput) -> bool {
         replace(&mut self.keepout, mask)
@@ -51,13 +60,15 @@ impl ZoneInputs {
     /// When the kind is unknown, a number is not finite, or the node does not read that mask.
     pub fn set_info(&mut self, info: &CostmapFilterInfo) -> Result<bool, MessageError> {
         let CostmapFilterInfo { r#type: kind, base, multiplier, .. } = *info;
-        let expected = match kind {
+        let topic = match kind {
             CostmapFilterInfo::KEEPOUT => KEEPOUT_MASK,
             CostmapFilterInfo::SPEED_PERCENT | CostmapFilterInfo::SPEED_ABSOLUTE => SPEED_MASK,
             _ => return Err(MessageError::UnknownFilter { kind }),
         };
-        if info.filter_mask_topic.trim_matches('/').rsplit('/').next() != Some(expected) {
-            let found = info.filter_mask_topic.clone();
+        let expected = self.names.shown(topic);
+        let last = |name: &str| name.trim_matches('/').rsplit('/').next().map(str::to_owned);
+        if last(&info.filter_mask_topic) != last(expected) {
+            let (found, expected) = (info.filter_mask_topic.clone(), expected.to_owned());
             return Err(MessageError::OtherMask { found, expected });
         }
         if !(base.is_finite() && multiplier.is_finite()) {
@@ -109,12 +120,13 @@ impl ZoneInputs {
     }
 
     /// What to add to the text of a fault: the planner does not distinguish closed zones from obstacles.
-    pub const fn note(&self, fault: &Fault) -> &'static str {
+    pub fn note(&self, fault: &Fault) -> String {
         match fault {
             Fault::Plan(error) if self.keepout.is_some() && error.is_caused_by_obstacles() => {
-                "; the closed zones of keepout_filter_mask count as obstacles"
+                let mask = self.names.shown(KEEPOUT_MASK);
+                format!("; the closed zones of {mask} count as obstacles")
             }
-            _ => "",
+            _ => String::new(),
         }
     }
 
@@ -129,28 +141,38 @@ impl ZoneInputs {
         }
         let mut zones = Zones::new(map.grid.frame());
         let is_used = |mask: &&MapInput| mask.grid.cells().iter().any(|&value| value > 0);
-        let unusable = |topic| move |fault: MaskFault| MissingInput::UsableMask { topic, fault };
+        let unusable = |topic: &str| {
+            let topic = topic.to_owned();
+            |fault: MaskFault| MissingInput::UsableMask { topic, fault }
+        };
         if let Some(mask) = self.keepout.as_ref().filter(is_used) {
-            check_frame(KEEPOUT_MASK, mask, map)?;
-            zones.add_keepout_mask(&mask.grid).map_err(unusable(KEEPOUT_MASK))?;
+            let topic = self.names.shown(KEEPOUT_MASK);
+            check_frame(topic, mask, map)?;
+            zones.add_keepout_mask(&mask.grid).map_err(unusable(topic))?;
         }
         if let Some(mask) = &self.speed {
-            check_frame(SPEED_MASK, mask, map)?;
-            let scale = self.scale.ok_or(MissingInput::FilterInfo)?;
+            let topic = self.names.shown(SPEED_MASK);
+            check_frame(topic, mask, map)?;
+            let missing = || MissingInput::FilterInfo {
+                mask: topic.to_owned(),
+                info: self.names.shown(FILTER_INFO).to_owned(),
+            };
+            let scale = self.scale.ok_or_else(missing)?;
             match limit_speed(&mut zones, &mask.grid, scale, max_speed) {
                 Err(MaskFault::NoLimit) if !is_used(&mask) => {}
-                limited => limited.map_err(unusable(SPEED_MASK))?,
+                limited => limited.map_err(unusable(topic))?,
             }
         }
         Ok(Some(zones))
     }
 }
 
-fn check_frame(topic: &'static str, mask: &MapInput, map: &MapInput) -> Result<(), MissingInput> {
+fn check_frame(topic: &str, mask: &MapInput, map: &MapInput) -> Result<(), MissingInput> {
     if mask.frame == map.frame {
         return Ok(());
     }
     let (found, expected) = (mask.frame.clone(), map.frame.clone());
+    let topic = topic.to_owned();
     Err(MissingInput::MaskInMapFrame { topic, found, expected })
 }
 

@@ -377,6 +377,10 @@ fn unusable_node_arguments_are_rejected() {
         "--namespace rover -> error: --namespace rover: ; `rover`; begin with a slash
 --namespace /rover/ -> `/rover/`; begin with a slash
 --namespace /1st -> `/1st`; begin with a slash
+--remap scans:=/scan -> error: --remap: the node has no name `scans`: ; goal_pose; scan; __ns
+-r scan -> --remap; `scan` is not a rule: ; FROM:=TO
+--ros-args -r scan:=1st -> --remap; `1st`; begin with a letter
+--namespace /rover -r __ns:=robot1 -> error: --remap: the namespace `robot1` is invalid
 --config slow.toml -> slow.toml: line 2, `control_period_s = 0.3`: [local] control_period_s is 0.3; at most 0.25
 --config wrong_key.toml -> wrong_key.toml; cannot be read"
     } else {

@@ -24,8 +24,9 @@ const ALONE: &str = "ip link set lo up && ip link set lo multicast on && ip rout
 type Check = fn(&Value) -> Result<(), Failed>;
 
 pub fn trials() -> Vec<Trial> {
-    let scenarios: [(&'static str, Check); 12] = [
+    let scenarios: [(&'static str, Check); 13] = [
         ("drives_to_goal", drives_to_goal),
+        ("remapped_names", remapped_names),
         ("localizes", localizes),
         ("navigates", navigates),
         ("managed", managed),
@@ -59,6 +60,25 @@ fn drives_to_goal(facts: &Value) -> Result<(), Failed> {
     // One may be in the pipe between the two processes of the node.
     holds(number(facts, "commands_after_end") <= 1.0, "no command after the goal", facts)?;
     holds(facts["stats"]["reached"] == 1, "the goal is counted", facts)?;
+    ends_cleanly(facts)
+}
+
+/// With the arguments of a launch file, the node has its namespace, and reads scans and publishes commands by their remapped names.
+/// A driver that wants stamped velocities is a warning until it is gone.
+fn remapped_names(facts: &Value) -> Result<(), Failed> {
+    holds(facts["had_conflict"] == false, "no warning without the driver", facts)?;
+    holds(facts["warned_s"].is_number(), "another type is a warning", facts)?;
+    holds(facts["left_s"].is_number(), "until the driver is gone", facts)?;
+    let notices = facts["notices"].to_string();
+    for words in [
+        "node /robot1/inbye in domain 0",
+        "reads /base/cmd_vel as geometry_msgs/msg/TwistStamped, but this node publishes geometry_msgs/msg/Twist,",
+        "start this node with --stamped",
+    ] {
+        holds(notices.contains(words), words, facts)?;
+    }
+    holds(facts["took_s"].is_number(), "the goal is reached", facts)?;
+    holds(facts["contacts"] == 0, "no wall is touched", facts)?;
     ends_cleanly(facts)
 }
 

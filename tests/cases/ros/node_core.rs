@@ -3,6 +3,7 @@
 mod action;
 mod ages;
 mod given_map;
+mod goal_frames;
 mod inputs;
 mod lifecycle;
 mod localization;
@@ -385,5 +386,7 @@ fn goal_in_other_frame_than_later_map_is_aborted() {
     floor.header.frame_id = "floor_2".into();
     robot.receive(&IncomingMessage::Map(floor));
     robot.until(30, |robot| robot.commands.last() == Some(&None));
-    assert!(robot.has_notice("it is in the frame `map`, the map in `floor_2`"));
+    assert!(robot.has_notice(
+        "it is in the frame `map`, whose pose in the map's frame `floor_2` is not known"
+    ));
 }

@@ -65,7 +65,7 @@ impl Frame for FromNetwork {
     fn max_payload(kind: u8) -> Option<u32> {
         match kind {
             2 | 12 | 13 => Some(MAX_LARGE),
-            0 | 1 | 3..=11 | 14..=21 => Some(MAX_SMALL),
+            0 | 1 | 3..=11 | 14..=22 => Some(MAX_SMALL),
             _ => None,
         }
     }
@@ -204,6 +204,16 @@ mod tests {
             FromNetwork::Message(IncomingMessage::OtherPublisher {
                 topic: "cmd_vel",
                 is_present: true,
+            }),
+            FromNetwork::Message(IncomingMessage::OtherType {
+                topic: "cmd_vel",
+                expected: "geometry_msgs/msg/Twist".into(),
+                found: Some("a type with spaces".into()),
+            }),
+            FromNetwork::Message(IncomingMessage::OtherType {
+                topic: "scan",
+                expected: "sensor_msgs/msg/LaserScan".into(),
+                found: None,
             }),
             FromNetwork::Message(IncomingMessage::Arm(msg::Bool { data: true })),
             FromNetwork::Message(IncomingMessage::Stop(msg::Bool { data: true })),

@@ -7,7 +7,7 @@ use crate::ros::msg::{
     ActionResultRequest, Duration, Header, NavigateToPoseFeedback, Pose, PoseStamped, Time,
 };
 use crate::ros::node::action::{ActionUpdate, ActiveGoal, UNKNOWN};
-use crate::ros::node::incoming;
+use crate::ros::node::incoming::GoalInput;
 use crate::ros::node::notices::MessageError;
 
 /// Interval of the feedback, seconds.
@@ -25,7 +25,7 @@ impl NodeCore {
         request: &ActionGoal,
     ) -> Result<(), MessageError> {
         let ActionGoal { id, goal } = request;
-        let result = incoming::goal(&goal.pose).and_then(|goal| self.set_goal(now_s, goal));
+        let result = GoalInput::new(&goal.pose).and_then(|goal| self.set_goal(now_s, &goal));
         if result.is_ok() {
             let goal = ActiveGoal::new(*id, now_s);
             self.updates.push(goal.answer());

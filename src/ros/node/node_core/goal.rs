@@ -2,29 +2,30 @@
 
 use super::NodeCore;
 use crate::geometry::Pose;
-use crate::navigator::{Fault, Goal, Mode, Navigator, Waypoints};
+use crate::navigator::{Fault, Mode, Navigator, Waypoints};
 use crate::ros::msg::ActionEnd;
 use crate::ros::node::action::UNKNOWN;
+use crate::ros::node::incoming::GoalInput;
 use crate::ros::node::notices::MessageError;
 use crate::runtime::{MapUpdate, Preparation};
 
+/// Maximum number of frames to try, and to name, in the text for a goal in an unknown frame.
+const MAX_CANDIDATES: usize = 64;
+const MAX_KNOWN: usize = 5;
+
 impl NodeCore {
-    /// Sets the goal in a frame, in place of the one before.
-    pub(super) fn set_goal(
-        &mut self,
-        now_s: f64,
-        (found, goal): (String, Goal),
-    ) -> Result<(), MessageError> {
+    /// Sets the goal, in place of the one before. A goal in another frame than the map's is transformed.
+    pub(super) fn set_goal(&mut self, now_s: f64, goal: &GoalInput) -> Result<(), MessageError> {
         self.check_active()?;
-        self.check_map_frame(&found)?;
-        let is_repeated = self.is_present_goal(&found, &goal);
+        let GoalInput { frame, goal, .. } = self.in_map_frame(now_s, goal)?;
+        let is_repeated = self.is_present_goal(&frame, &goal);
         self.end_action(ActionEnd::ABORTED, Some((UNKNOWN, "a newer goal replaced it".to_owned())));
         self.accepted_s = now_s;
         if is_repeated {
             return Ok(());
         }
         self.stats.aborted += u64::from(self.has_open_goal());
-        self.goal = Some((found, goal));
+        self.goal = Some((frame, goal));
         let drives = self.ended_s.is_none() && self.navigator.is_some();
         (self.ended_s, self.without_scan_since_s) = (None, None);
         self.stats.goals += 1;
@@ -34,6 +35,35 @@ impl NodeCore {
             self.navigator = None;
         }
         Ok(())
+    }
+
+    /// A goal in the map's frame, by the pose of its frame at its stamp. Before the first map it stays in its own frame.
+    pub(super) fn in_map_frame(
+        &self,
+        now_s: f64,
+        goal: &GoalInput,
+    ) -> Result<GoalInput, MessageError> {
+        let map = self.inputs.map.as_ref().filter(|map| map.frame != goal.frame);
+        let Some(map) = map else {
+            return Ok(goal.clone());
+        };
+        let stamp_s = if goal.stamp.is_zero() { now_s } else { goal.stamp.seconds().min(now_s) };
+        let (limits, odometry_frame) = (self.age_limits(), self.odometry_frame().ok());
+        let pose_of = |frame: &str| {
+            self.inputs.pose_in_map(frame, stamp_s, now_s, &limits, odometry_frame.as_ref())
+        };
+        if let Some(pose) = pose_of(&goal.frame) {
+            return Ok(goal.transformed(&map.frame, &pose));
+        }
+        let names = self.inputs.frame_names();
+        let candidates = names.into_iter().take(MAX_CANDIDATES);
+        let known: Vec<&str> =
+            candidates.filter(|frame| pose_of(frame).is_some()).take(MAX_KNOWN).collect();
+        Err(MessageError::UnknownFrame {
+            found: goal.frame.clone(),
+            expected: map.frame.clone(),
+            known: known.join(", "),
+        })
     }
 
     /// Plans from the robot's pose to the goal on another thread. Where that is not possible the robot stops, and then plans.

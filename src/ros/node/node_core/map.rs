@@ -6,7 +6,7 @@ use crate::navigator::{MapSource, NavigationMap};
 use crate::ros::convert;
 use crate::ros::msg::{self, Header, Time};
 use crate::ros::node::action::UNKNOWN;
-use crate::ros::node::incoming::MapInput;
+use crate::ros::node::incoming::{GoalInput, MapInput};
 use crate::ros::node::notices::MessageError;
 use crate::runtime::ContradictedMap;
 
@@ -16,9 +16,9 @@ impl NodeCore {
         let before = self.inputs.map.as_ref().map(|before| (*before.grid.frame(), &before.frame));
         let is_other_size = before != Some((*map.grid.frame(), &map.frame));
         let GridFrame { width, height, resolution_m, .. } = map.grid.frame();
-        let frame = map.frame.clone();
         let notice = format!(
-            "received a map: {width} by {height} cells of {resolution_m} m in the frame `{frame}`"
+            "received a map: {width} by {height} cells of {resolution_m} m in the frame `{}`",
+            map.frame
         );
         if !self.inputs.set_map(map) {
             return;
@@ -34,13 +34,27 @@ impl NodeCore {
         if self.ended_s.is_some() {
             return;
         }
-        if let Some((found, _)) = self.goal.clone().filter(|(found, _)| *found != frame) {
-            let expected = frame;
+        if let Err(error) = self.transform_goal(now_s) {
             self.navigator = None;
-            self.abort(now_s, UNKNOWN, &MessageError::WrongFrame { found, expected });
+            self.abort(now_s, UNKNOWN, &error);
         } else {
             self.prepare_given();
         }
+    }
+
+    /// Transforms a goal of another frame, from before this map, to the frame of the map.
+    fn transform_goal(&mut self, now_s: f64) -> Result<(), MessageError> {
+        let Some((frame, goal)) = self.goal.clone() else {
+            return Ok(());
+        };
+        let before = GoalInput { frame, stamp: Time::default(), goal };
+        let GoalInput { frame, goal, .. } = self.in_map_frame(now_s, &before)?;
+        if frame != before.frame {
+            // It drives to the goal in the frame before.
+            self.navigator = None;
+            self.goal = Some((frame, goal));
+        }
+        Ok(())
     }
 
     /// The newest map with its zones, and with what scans contradicted for minutes; none while the masks cannot be used.

@@ -40,20 +40,26 @@ impl NodeCore {
             }
             Ok(_) => Some(&MissingInput::RecentScan),
         };
+        let rejected = self.rejected_grids.keys().copied();
+        let inputs_state = match missing {
+            Some(_) => "waiting",
+            None if self.rejected_grids.is_empty() => "complete",
+            None => "rejected",
+        };
         let states = [
             self.protection.state().name(),
             self.protection.action().name(),
-            inputs_state(missing),
+            inputs_state,
             self.localization.as_ref().map_or("", NodeLocalization::state),
             self.engine.kind(),
         ];
-        let states = states.into_iter().chain(self.conflicts.present(now_s));
+        let states = states.into_iter().chain(self.conflicts.present(now_s)).chain(rejected);
         if !self.diagnostics.is_due(now_s, states) {
             return None;
         }
         let statuses = [
             Some(self.protection.status()),
-            Some(inputs_status(missing)),
+            Some(self.inputs_status(missing, inputs_state)),
             Some(self.conflicts.status(now_s)),
             self.localization.as_ref().map(NodeLocalization::status),
             self.engine.status(),
@@ -61,23 +67,29 @@ impl NodeCore {
         let header = Header { stamp: Time::from_seconds(now_s), ..Header::default() };
         Some(DiagnosticArray { header, status: statuses.into_iter().flatten().collect() })
     }
-}
 
-const fn inputs_state(missing: Option<&MissingInput>) -> &'static str {
-    if missing.is_some() { "waiting" } else { "complete" }
-}
-
-/// The status of the inputs. It needs no goal.
-fn inputs_status(missing: Option<&MissingInput>) -> DiagnosticStatus {
-    let (level, message) = match missing {
-        Some(missing) => (DiagnosticStatus::WARN, format!("waiting: {missing}")),
-        None => (DiagnosticStatus::OK, "all inputs are received".to_owned()),
-    };
-    DiagnosticStatus {
-        level,
-        name: "inbye: inputs".to_owned(),
-        message,
-        hardware_id: String::new(),
-        values: vec![key_value("status", inputs_state(missing))],
+    /// The status of the inputs. It needs no goal.
+    fn inputs_status(&self, missing: Option<&MissingInput>, state: &str) -> DiagnosticStatus {
+        let names = &self.settings.names;
+        let missing = missing.map(|missing| format!("waiting: {missing}"));
+        let rejected = self.rejected_grids.iter().map(|(topic, error)| {
+            format!(
+                "the newest message on {} is rejected and not used: {error}",
+                names.shown(topic)
+            )
+        });
+        let faults: Vec<String> = missing.into_iter().chain(rejected).collect();
+        let (level, message) = if faults.is_empty() {
+            (DiagnosticStatus::OK, "all inputs are received".to_owned())
+        } else {
+            (DiagnosticStatus::WARN, faults.join("; "))
+        };
+        DiagnosticStatus {
+            level,
+            name: "inbye: inputs".to_owned(),
+            message,
+            hardware_id: String::new(),
+            values: vec![key_value("status", state)],
+        }
     }
 }

@@ -94,9 +94,9 @@ def pose(x, y, yaw):
 class Robot:
     """Executes cmd_vel and publishes its measurements."""
 
-    def __init__(self, stamped=False, namespace="", frame="map", place=(0.0, 0.0, 0.0)):
+    def __init__(self, stamped=False, namespace="", remapped=(), frame="map", place=(0.0, 0.0, 0.0)):
         self.participant = DomainParticipant(0)
-        self.namespace = namespace
+        self.namespace, self.remapped = namespace, dict(remapped)
         self.frame, self.place = frame, place
         self.cells = world()
         self.x, self.y, self.yaw = 2.5, 2.0, 0.0
@@ -113,7 +113,8 @@ class Robot:
         self.next_s = time.monotonic()
 
     def topic(self, name, kind):
-        return Topic(self.participant, f"rt{self.namespace}/{name}", kind)
+        full = self.remapped.get(name, f"{self.namespace}/{name}")
+        return Topic(self.participant, f"rt{full}", kind)
 
     def reader(self, name, kind, qos):
         return DataReader(self.participant, self.topic(name, kind), qos=qos)
@@ -276,6 +277,41 @@ def drives_to_goal(program):
         "contacts": robot.contacts,
         "markers": sorted(shown),
         "commands_after_end": len(robot.commands) - count,
+        **node.end(),
+    }
+
+
+def remapped_names(program):
+    """A namespace and two topics of other names, as a launch file gives them, and a driver that wants stamped velocities."""
+    remapped = {"scan": "/front/scan", "cmd_vel": "/base/cmd_vel"}
+    robot = Robot(namespace="/robot1", remapped=remapped)
+    robot.publish_map()
+    robot.publish_frames((0.0, 0.0, 0.0))
+    rules = ["__ns:=/robot1", *(f"{name}:={full}" for name, full in remapped.items())]
+    node = Program(program, "--ros-args", *(word for rule in rules for word in ("-r", rule)))
+    diagnostics = robot.reader("diagnostics", m.DiagnosticArray, RELIABLE)
+    last = [""]
+
+    def has_type_conflict():
+        for array in diagnostics.take(N=20):
+            for status in getattr(array, "status", []):
+                if status.name == "inbye: other nodes":
+                    last[0] = status.message
+        return "TwistStamped" in last[0]
+
+    robot.until(lambda: False, 2.0)
+    had_conflict = has_type_conflict()
+    driver = robot.reader("cmd_vel", m.TwistStamped, RELIABLE)
+    warned_s = robot.until(has_type_conflict, 5.0)
+    del driver
+    left_s = robot.until(lambda: not has_type_conflict(), 5.0)
+    robot.send_goal(*GOAL)
+    return {
+        "had_conflict": had_conflict,
+        "warned_s": warned_s,
+        "left_s": left_s,
+        "took_s": robot.until(lambda: robot.stands_near(*GOAL[:2]), 90.0),
+        "contacts": robot.contacts,
         **node.end(),
     }
 

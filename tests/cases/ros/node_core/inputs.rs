@@ -1,7 +1,7 @@
 //! Inputs that are missing or do not fit, and what the node tells of them.
 
 use inbye::geometry::{Pose, Twist};
-use inbye::ros::msg::{DiagnosticStatus, Quaternion, TFMessage};
+use inbye::ros::msg::{CostmapFilterInfo, DiagnosticStatus, OccupancyGrid, Quaternion, TFMessage};
 use inbye::ros::node::IncomingMessage;
 
 use super::robot::{GOAL, Robot, goal, grid, map, transform};
@@ -37,6 +37,48 @@ fn diagnostics_name_the_missing_input_without_a_goal() {
     (0..20).for_each(|_| assert_eq!(robot.step(), None));
     assert_eq!(robot.status(INPUTS).1, "waiting: scans are no longer received");
     assert!(robot.notices.iter().all(|notice| !notice.contains("waiting")));
+}
+
+/// Servers send maps and masks once: the robot would drive by the map before without a sign.
+#[test]
+fn diagnostics_name_a_rejected_map_or_mask_until_a_valid_one_comes() {
+    for (incoming, topic) in [
+        (IncomingMessage::Map as fn(OccupancyGrid) -> IncomingMessage, "map"),
+        (IncomingMessage::KeepoutMask, "keepout_filter_mask"),
+        (IncomingMessage::SpeedMask, "speed_filter_mask"),
+    ] {
+        let mut robot = Robot::with_map();
+        let mut mask = map(&grid(29));
+        if topic != "map" {
+            mask.data.fill(0);
+        }
+        robot.step();
+        assert_eq!(robot.status(INPUTS).0, DiagnosticStatus::OK);
+        let mut broken = mask.clone();
+        broken.data[7] = -2;
+        robot.receive(&incoming(broken));
+        robot.step();
+        let (level, message) = robot.status(INPUTS);
+        let words = format!("the newest message on {topic} is rejected and not used: cell 7 is -2");
+        assert!(message.starts_with(&words), "{message}");
+        assert_eq!(level, DiagnosticStatus::WARN);
+        robot.has_scan = false;
+        (0..11).for_each(|_| assert_eq!(robot.step(), None));
+        let (_, message) = robot.status(INPUTS);
+        assert!(
+            message.starts_with("waiting: scans are ") && message.contains(&words),
+            "{message}"
+        );
+        robot.has_scan = true;
+        robot.receive(&incoming(mask));
+        robot.receive(&IncomingMessage::FilterInfo(CostmapFilterInfo {
+            r#type: CostmapFilterInfo::SPEED_PERCENT,
+            filter_mask_topic: "speed_filter_mask".to_owned(),
+            ..CostmapFilterInfo::default()
+        }));
+        robot.step();
+        assert_eq!(robot.status(INPUTS), (DiagnosticStatus::OK, "all inputs are received"));
+    }
 }
 
 #[test]

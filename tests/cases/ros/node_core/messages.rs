@@ -1,8 +1,10 @@
 //! Invalid messages: rejected, counted, and reported once; they change nothing.
 
 use inbye::geometry::Pose;
-use inbye::ros::msg::{DiagnosticStatus, LaserScan, OccupancyGrid, Odometry, PoseStamped, Time};
-use inbye::ros::node::IncomingMessage;
+use inbye::ros::msg::{
+    CostmapFilterInfo, DiagnosticStatus, LaserScan, OccupancyGrid, Odometry, PoseStamped, Time,
+};
+use inbye::ros::node::{IncomingMessage, NodeNames, NodeSettings};
 
 use super::robot::{Robot, goal, grid, header, map, transform};
 
@@ -129,17 +131,6 @@ fn invalid_goals_are_rejected() {
 }
 
 #[test]
-fn goal_in_other_frame_than_map_is_rejected() {
-    let mut robot = Robot::new(false);
-    robot.receive(&IncomingMessage::Map(map(&grid(29))));
-    let mut other = goal(1.0, 1.0);
-    other.header.frame_id = "odom".into();
-    robot.receive(&IncomingMessage::Goal(other));
-    assert_eq!(robot.step(), None);
-    assert!(robot.has_notice("it is in the frame `odom`, the map in `map`"));
-}
-
-#[test]
 fn invalid_transforms_and_undecodable_bytes_are_rejected() {
     let mut robot = Robot::new(false);
     let mut message = transform("map", "odom", &Pose::default(), 1.0);
@@ -177,6 +168,82 @@ fn other_publishers_are_reported_once_and_a_warning_while_they_are_there() {
     robot.step();
     assert_eq!(robot.status(OTHERS).0, DiagnosticStatus::OK);
     assert!(!robot.core.stats().received.contains_key("cmd_vel"));
+}
+
+#[test]
+fn other_types_are_reported_once_and_a_warning_while_they_are_there() {
+    const OTHERS: &str = "inbye: other nodes";
+    let mut robot = Robot::new(false);
+    robot.step();
+    let (twist, stamped) = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped");
+    for (expected, found, words) in [
+        (
+            twist,
+            Some(stamped),
+            "reads cmd_vel as geometry_msgs/msg/TwistStamped, but this node publishes geometry_msgs/msg/Twist",
+        ),
+        (twist, None, ""),
+        (twist, Some(stamped), "start this node with --stamped"),
+        (stamped, Some(twist), "start this node without --stamped"),
+    ] {
+        let (expected, found) = (expected.to_owned(), found.map(str::to_owned));
+        let is_present = found.is_some();
+        robot.receive(&IncomingMessage::OtherType { topic: "cmd_vel", expected, found });
+        robot.step();
+        // A change of the text alone comes with the next of them.
+        (0..10).for_each(|_| assert_eq!(robot.step(), None));
+        let (level, message) = robot.status(OTHERS);
+        assert_eq!(level == DiagnosticStatus::WARN, is_present, "{message}");
+        assert!(message.contains(words), "{message}");
+    }
+    let notices = robot.notices.iter().filter(|notice| notice.contains("another node"));
+    assert_eq!(notices.count(), 1, "{:?}", robot.notices);
+    let expected = "sensor_msgs/msg/LaserScan".to_owned();
+    let found = Some("sensor_msgs/msg/PointCloud2".to_owned());
+    robot.receive(&IncomingMessage::OtherType { topic: "scan", expected, found });
+    robot.step();
+    assert!(robot.has_notice("another node publishes scan as sensor_msgs/msg/PointCloud2"));
+    assert!(!robot.core.stats().received.contains_key("cmd_vel"));
+    // A new network process finds them again.
+    robot.core.transport_lost();
+    robot.step();
+    assert_eq!(robot.status(OTHERS).0, DiagnosticStatus::OK);
+}
+
+#[test]
+fn texts_have_the_remapped_names() {
+    let rules = ["scan:=/front/scan", "cmd_vel:=cmd_vel_nav", "speed_filter_mask:=/zones/speed"];
+    let mut settings = NodeSettings::default();
+    settings.names = NodeNames::new("/rover", &rules.map(str::to_owned)).expect("valid rules");
+    let mut robot = Robot::with_settings(settings);
+    robot.receive(&IncomingMessage::Map(map(&grid(29))));
+    let mut broken = scan();
+    broken.range_max = 0.0;
+    robot.receive(&IncomingMessage::Scan(broken));
+    let mut invalid = odometry();
+    invalid.child_frame_id.clear();
+    robot.receive(&IncomingMessage::Odometry(Box::new(invalid)));
+    robot.receive(&IncomingMessage::OtherPublisher { topic: "cmd_vel", is_present: true });
+    let reliable = "reliable".to_owned();
+    robot.receive(&IncomingMessage::Unmatched { topic: "scan", expected: reliable });
+    robot.receive(&IncomingMessage::SpeedMask(map(&grid(24))));
+    let mut info = CostmapFilterInfo { r#type: 1, ..CostmapFilterInfo::default() };
+    for (mask, is_used) in [("/rover/speed_filter_mask", false), ("/zones/speed", true)] {
+        info.filter_mask_topic = mask.to_owned();
+        robot.receive(&IncomingMessage::FilterInfo(info.clone()));
+        let received = robot.core.stats().received.get("costmap_filter_info").copied();
+        assert_eq!(received, is_used.then_some(1));
+    }
+    robot.step();
+    for words in [
+        "a message on /front/scan is rejected",
+        "a message on odom is rejected",
+        "another node publishes on /rover/cmd_vel_nav too",
+        "a publisher on /front/scan has another quality of service",
+        "the node reads `/zones/speed`",
+    ] {
+        assert!(robot.has_notice(words), "{words}: {:?}", robot.notices);
+    }
 }
 
 /// Of a publisher whose messages do not arrive, nothing is counted.
