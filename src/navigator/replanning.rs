@@ -71,9 +71,8 @@ pub(super) struct Replanner {
     due_on_map: Option<Reason>,
     /// Why there is no path, whatever goes away, or that the planner of the user's own has failed.
     without_path: Option<PlanError>,
-    is_blocked: bool,
-    /// Time since an obstacle has been on the path ahead, seconds; 0 without one.
-    pub blocked_s: f64,
+    /// Time since an obstacle has been on the path ahead, seconds; `None` without one.
+    pub blocked_s: Option<f64>,
     pub path_kind: PathKind,
     /// Where there was no room beside such a person, the next attempt is due then, seconds.
     next_aside_s: f64,
@@ -103,8 +102,7 @@ impl Replanner {
             map_source: MapSource::Scans,
             due_on_map: None,
             without_path: None,
-            is_blocked: false,
-            blocked_s: 0.0,
+            blocked_s: None,
             path_kind: PathKind::Usual,
             next_aside_s: f64::NEG_INFINITY,
             blocked: ConditionTimer::default(),
@@ -123,7 +121,7 @@ impl Replanner {
         if self.is_map_replaced {
             self.next_s = f64::NEG_INFINITY;
         }
-        self.blocked = ConditionTimer::default();
+        (self.blocked, self.blocked_s) = (ConditionTimer::default(), None);
         self.path_kind = PathKind::Usual;
         self.forget_failures();
     }
@@ -169,9 +167,10 @@ impl Replanner {
     /// Receives the plan that is due and returns it if it is better than going on.
     pub fn receive(&mut self, state: &State<'_>, obstacles: &mut ObstacleModel) -> Option<Plan> {
         let now_s = state.now.time_s;
-        self.is_blocked = self.is_path_blocked(state);
+        let is_path_blocked = self.is_path_blocked(state);
         self.path_kind = self.path_kind.while_met(state);
-        self.blocked_s = self.blocked.update(now_s, self.is_blocked);
+        let blocked_s = self.blocked.update(now_s, is_path_blocked);
+        self.blocked_s = is_path_blocked.then_some(blocked_s);
         self.retries.advance(state.route.left_m(), state.settings.required_movement_radius);
         let (reason, answer) = match self.replayed_arrival.take() {
             Some(false) => None,
@@ -188,7 +187,7 @@ impl Replanner {
         let is_oncoming = reason == Reason::Oncoming;
         match answer {
             Ok(plan) => {
-                let plan = is_better(&plan, reason, self.blocked_s, state).then_some(plan);
+                let plan = is_better(&plan, reason, blocked_s, state).then_some(plan);
                 if plan.is_some() {
                     self.path_kind =
                         if is_oncoming { PathKind::PastPeople } else { PathKind::Usual };
@@ -225,8 +224,8 @@ impl Replanner {
                     let robot = state.now.pose.position();
                     obstacles.forget(now_s - FORGET_AFTER_S, &robot);
                     // Moving obstacles, and the marks that they leave, go away. They end no mission.
-                    let is_lasting = reason != Reason::HeldUp
-                        && self.blocked_s > state.settings.detour_patience_s;
+                    let is_lasting =
+                        reason != Reason::HeldUp && blocked_s > state.settings.detour_patience_s;
                     if is_lasting || state.now.moving.is_empty() {
                         self.retries.add(&robot);
                     }
@@ -298,7 +297,7 @@ impl Replanner {
                 return Some((Reason::Oncoming, ground));
             }
         }
-        if self.is_blocked {
+        if self.blocked_s.is_some() {
             return among_static(Reason::Blocked);
         }
         // Moving obstacles block a path only after the robot has waited for them without success.

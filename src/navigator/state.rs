@@ -76,8 +76,8 @@ pub(super) struct State<'a> {
     /// Distance along the path to that passage, metres; `None` if the path has none here.
     pub to_narrow_m: Option<f64>,
     pub path_kind: PathKind,
-    /// Time since an obstacle has been on the path ahead, seconds; 0 without one.
-    pub blocked_s: f64,
+    /// Time since an obstacle has been on the path ahead, seconds; `None` without one.
+    pub blocked_s: Option<f64>,
     /// The end of the robot that drives ahead: its tail where it cannot turn at its goal.
     pub leading_end: LeadingEnd,
     /// The robot with the discs of narrow passages.

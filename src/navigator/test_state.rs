@@ -52,7 +52,7 @@ pub(super) fn with_state<R>(
         is_narrow: false,
         to_narrow_m: None,
         path_kind: PathKind::Usual,
-        blocked_s: 0.0,
+        blocked_s: None,
         leading_end: LeadingEnd::Nose,
         slim: &robot.footprint,
         inflated: InflatedBodies::new(

@@ -99,7 +99,8 @@ impl Behaviour for PathFollowing {
 
 /// Whether an obstacle has been on the path ahead for so long that a path around it would be known.
 fn has_no_way_around(state: &State<'_>) -> bool {
-    state.blocked_s > PERIODS_TO_REPLAN * state.settings.replan_period_s
+    let known_s = PERIODS_TO_REPLAN * state.settings.replan_period_s;
+    state.blocked_s.is_some_and(|blocked_s| blocked_s > known_s)
 }
 
 /// Whether the goal is the local target, and in sight.
@@ -241,7 +242,7 @@ mod tests {
         let speed_after = |blocked_s: f64| {
             let command = command(&Pose::default(), &ground, |state| {
                 state.local_target = Point::new(0.6, 0.0);
-                state.blocked_s = blocked_s;
+                state.blocked_s = Some(blocked_s);
             });
             command.linear
         };
