@@ -159,9 +159,12 @@ impl DdsNode {
             topics: Vec::new(),
         };
         builder.all_inputs()?;
-        let command = builder.command_publisher(settings.stamped)?;
         Ok(Self {
-            command,
+            command: if settings.stamped {
+                CommandPublisher::Stamped(builder.command_publisher()?)
+            } else {
+                CommandPublisher::Plain(builder.command_publisher()?)
+            },
             path: builder.publisher("plan", latched(1))?,
             markers: builder.publisher("local_markers", reliable(1))?,
             diagnostics: builder.publisher("diagnostics", reliable(1))?,
@@ -311,7 +314,7 @@ impl EndpointBuilder<'_> {
         convert: impl Fn(M) -> IncomingMessage + 'static,
     ) -> Result<(), NodeError> {
         let dds_topic = self.topic::<M>(topic, &qos)?;
-        self.peers.add_topic(topic, dds_topic.name(), dds_topic.get_type().name().to_owned());
+        self.add_typed(topic, &dds_topic);
         let subscription = self.node.create_subscription::<M>(&dds_topic, Some(qos));
         let subscription = subscription.map_err(dds_error)?;
         let guid = subscription.guid();
@@ -336,17 +339,11 @@ impl EndpointBuilder<'_> {
         Ok(())
     }
 
-    fn command_publisher(&mut self, is_stamped: bool) -> Result<CommandPublisher, NodeError> {
+    fn command_publisher<M: Message + Serialize>(&mut self) -> Result<Publisher<M>, NodeError> {
         let qos = reliable(1);
-        let (topic, publisher) = if is_stamped {
-            let topic = self.topic::<msg::TwistStamped>(COMMAND, &qos)?;
-            (topic, CommandPublisher::Stamped(self.publisher(COMMAND, qos)?))
-        } else {
-            let topic = self.topic::<msg::Twist>(COMMAND, &qos)?;
-            (topic, CommandPublisher::Plain(self.publisher(COMMAND, qos)?))
-        };
-        self.peers.add_topic(COMMAND, topic.name(), topic.get_type().name().to_owned());
-        Ok(publisher)
+        let topic = self.topic::<M>(COMMAND, &qos)?;
+        self.add_typed(COMMAND, &topic);
+        self.publisher_on(&topic, qos)
     }
 
     fn publisher<M: Message + Serialize>(
@@ -355,8 +352,20 @@ impl EndpointBuilder<'_> {
         qos: QosProfile,
     ) -> Result<Publisher<M>, NodeError> {
         let topic = self.topic::<M>(name, &qos)?;
-        let publisher = self.node.create_publisher(&topic, Some(qos));
-        publisher.map_err(dds_error)
+        self.publisher_on(&topic, qos)
+    }
+
+    fn publisher_on<M: Message + Serialize>(
+        &mut self,
+        topic: &rustdds::Topic,
+        qos: QosProfile,
+    ) -> Result<Publisher<M>, NodeError> {
+        self.node.create_publisher(topic, Some(qos)).map_err(dds_error)
+    }
+
+    /// Other nodes must have the type of this topic.
+    fn add_typed(&mut self, topic: &'static str, dds: &rustdds::Topic) {
+        self.peers.add_topic(topic, dds.name(), dds.get_type().name().to_owned());
     }
 }
 

@@ -35,8 +35,9 @@ impl LatestInputs {
             if frame == odometry.frame {
                 return Some(odometry_in_map);
             }
-            let age_s = now_s - (odometry.stamp.seconds() - self.odometry_delay.ahead_s());
-            let base = self.history.at(time_s).filter(|_| age_s <= limits.odometry_s)?;
+            let (_, odometry_s) = self.motion()?;
+            let is_recent = now_s - odometry_s <= limits.odometry_s;
+            let base = self.history.at(time_s).filter(|_| is_recent)?;
             let on_robot = if frame == odometry.base_frame {
                 Pose::default()
             } else {
